@@ -205,9 +205,8 @@ int AnatomyCommand::import() {
             request.name = name;
         } else {
             throw io::InputError(
-                fmt::format("--name: '{}' and '{}' were given for the files; one is accepted, "
-                            "and END=X,Y,Z for each end",
-                            request.name, name));
+                "--name: '{}' and '{}' were given for the files; one is accepted, and END=X,Y,Z for each end",
+                request.name, name);
         }
     }
     request.program = program;
@@ -252,8 +251,7 @@ int AnatomyCommand::show() const {
 void AnatomyCommand::add_voxelise() {
     voxelise_ = command_->add_subcommand(
         "voxelise", "Write the patient of a scenario as a CT, to try programs and scenarios that take one");
-    voxelise_->add_option("scenario", scenario_, "A scenario file (.toml), or the name of one that ships")
-        ->required();
+    add_scenario(voxelise_, scenario_);
     voxelise_->add_option("--out", ct_, "The CT: .nii, .nii.gz or .nrrd")->required();
     voxelise_->add_option("--voxel", voxel_, "Width of a voxel [mm]")->check(CLI::Range(0.3, 10.0));
     voxelise_->add_option("--margin", margin_, "Above and below the vessels [mm]")
@@ -262,8 +260,7 @@ void AnatomyCommand::add_voxelise() {
 }
 
 int AnatomyCommand::voxelise() const {
-    const scenario::Scenario scenario = scenario::load_scenario(
-        scenario::find_scenario(scenario_, assets() / "scenarios"), assets() / "devices");
+    const scenario::Scenario scenario = scenario_named(scenario_);
     if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
         throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
     patient::check_ct_name(ct_);
@@ -288,9 +285,9 @@ int AnatomyCommand::voxelise() const {
     const render::VolumeGrid grid = patient::grid_around(low, high, voxel_);
     if (static_cast<double>(grid.count()) > patient::most_samples)
         throw io::InputError(
-            fmt::format("{:.0f} million voxels of {:g} mm would be needed; up to {:.0f} million "
-                        "are accepted: a wider --voxel or a smaller --margin",
-                        1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples));
+            "{:.0f} million voxels of {:g} mm would be needed; up to {:.0f} million are accepted: a wider "
+            "--voxel or a smaller --margin",
+            1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples);
     patient::write_ct(ct_, patient::voxelised(layers, grid, cache.progress));
     print("{}: {} × {} × {} voxels of {:g} mm\n", ct_, grid.size[0], grid.size[1], grid.size[2], voxel_);
     return 0;

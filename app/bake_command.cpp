@@ -40,8 +40,8 @@ SeedRange seeds_of(const std::string& text) {
             return range;
     }
     throw io::InputError(
-        fmt::format("--seeds: '{}' was given; FIRST:END, as 0:100 for 0 to 99, is accepted, up to {} of them",
-                    text, most));
+        "--seeds: '{}' was given; FIRST:END, as 0:100 for 0 to 99, is accepted, up to {} of them", text,
+        most);
 }
 
 int bake(const BakeArguments& arguments) {

@@ -49,8 +49,8 @@ int merge(const BatchArguments& arguments) {
 int batch(const BatchArguments& arguments) {
     if (arguments.list == "merge") return merge(arguments);
     if (!arguments.folders.empty())
-        throw io::InputError(
-            fmt::format("'{}' was found; folders go with 'batch merge'", arguments.folders.front().string()));
+        throw io::InputError("'{}' was found; folders go with 'batch merge'",
+                             arguments.folders.front().string());
     run::BatchOptions options;
     if (arguments.shard) options.shard = io::parse_shard(*arguments.shard);
     options.scenario = [](const std::string& name, const std::filesystem::path& beside) {
@@ -63,9 +63,7 @@ int batch(const BatchArguments& arguments) {
         for (const std::filesystem::path& file : {beside / name, assets() / "scripts" / (name + ".gw")})
             if (io::require_no_device(file); std::filesystem::is_regular_file(file)) return file;
         throw io::InputError(
-            fmt::format("'{}': no such script; a file beside the list, or the name of one that "
-                        "ships, is accepted",
-                        name));
+            "'{}': no such script; a file beside the list, or the name of one that ships, is accepted", name);
     };
     options.devices = assets() / "devices";
     options.list = arguments.list;
@@ -109,8 +107,7 @@ Command add_batch(CLI::App& parser) {
         ->check(CLI::Range(1, 256));
     add_optional(command, "--shard", arguments->shard,
                  "i/n: only the i-th of n shares of the list, for another machine and 'merge'");
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    add_cache_folder(command, arguments->cache, "cache beside --out");
     command->footer(
         "A list:\n"
         "  schema = 1\n"

@@ -44,9 +44,8 @@ int clear_cache(const std::filesystem::path& folder, double keep_MB) {
     for (const anatomy::CacheItem& item : shrunk.removed) sum += item.bytes;
     print("{}: {} things removed, {}\n", folder.string(), shrunk.removed.size(), megabytes(sum));
     if (shrunk.stuck.empty()) return done;
-    throw io::InputError(fmt::format("{}: {} things cannot be removed, {} first: {}", folder.string(),
-                                     shrunk.stuck.size(), shrunk.stuck.front().path.filename().string(),
-                                     shrunk.why));
+    throw io::InputError("{}: {} things cannot be removed, {} first: {}", folder.string(),
+                         shrunk.stuck.size(), shrunk.stuck.front().path.filename().string(), shrunk.why);
 }
 
 }  // namespace
@@ -70,8 +69,8 @@ Command add_cache(CLI::App& parser) {
                 const std::filesystem::path folder = usual_cache(arguments->folder);
                 std::error_code ignored;
                 if (!std::filesystem::is_directory(folder, ignored))
-                    throw io::InputError(fmt::format("{}: there is no such cache; --cache FOLDER is accepted",
-                                                     folder.string()));
+                    throw io::InputError("{}: there is no such cache; --cache FOLDER is accepted",
+                                         folder.string());
                 return *list ? list_cache(folder) : clear_cache(folder, arguments->keep_MB.value_or(0));
             }};
 }

@@ -121,9 +121,9 @@ void require_plain_numbers(const CLI::App& parser) {
         };
         for (const std::string& word : option->results())
             if (!plain(word))
-                throw io::InputError(fmt::format(
+                throw io::InputError(
                     "{}: '{}' was found; {} is accepted", option->get_name(), word,
-                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number"));
+                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number");
     }
     for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
 }
@@ -142,9 +142,9 @@ const char* const program = "seldinger " SELDINGER_VERSION;
 
 script::Origin origin(const std::string& learner) {
     if (!learner.empty() && !script::is_learner(learner))
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "--learner: a name in UTF-8 of at most {} bytes without control characters is accepted",
-            script::longest_learner));
+            script::longest_learner);
     const std::string self = io::read_text("/proc/self/exe", "program", "the program itself is read");
     geometry::Hash hash;
     hash.add(self.data(), self.size());
@@ -164,8 +164,7 @@ std::filesystem::path user_folder(const char* variable, const char* under_home) 
 
 void require_picture(const std::filesystem::path& out) {
     if (out.extension() != ".png")
-        throw io::InputError(
-            fmt::format("--out {}: a file name that ends in .png is accepted", out.string()));
+        throw io::InputError("--out {}: a file name that ends in .png is accepted", out.string());
     io::require_writable(out);
 }
 
@@ -183,10 +182,33 @@ scenario::Scenario scenario_of(const script::CommandScript& recording, const std
     if (wanted.empty() && recording.origin) wanted = recording.origin->scenario;
     if (wanted.empty())
         throw io::InputError(
-            fmt::format("{}: it does not say which scenario it is of; --scenario NAME or FILE is accepted",
-                        recording.file));
-    return scenario::load_scenario(scenario::find_scenario(wanted, assets() / "scenarios"),
-                                   assets() / "devices");
+            "{}: it does not say which scenario it is of; --scenario NAME or FILE is accepted",
+            recording.file);
+    return scenario_named(wanted);
+}
+
+scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set) {
+    return scenario::load_scenario(scenario::find_scenario(file_or_name, assets() / "scenarios"),
+                                   assets() / "devices", overrides_of(set));
+}
+
+std::optional<script::CommandScript> script_for(const scenario::Scenario& scenario,
+                                                const std::string& named) {
+    const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
+    if (!named.empty()) return script::load_commands(named);
+    if (std::filesystem::exists(own)) return script::load_commands(own);
+    return std::nullopt;
+}
+
+void add_scenario(CLI::App* parser, std::string& file_or_name) {
+    parser->add_option("scenario", file_or_name, "A scenario file (.toml), or the name of one that ships")
+        ->required();
+}
+
+void add_cache_folder(CLI::App* parser, std::string& folder, const char* otherwise) {
+    parser->add_option(
+        "--cache", folder,
+        fmt::format("Folder that keeps grown vessels and distance fields; else {}", otherwise));
 }
 
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>& words) {
@@ -194,7 +216,7 @@ std::vector<scenario::Override> overrides_of(const std::vector<std::string>& wor
     for (const std::string& word : words) {
         const std::size_t equals = word.find('=');
         if (equals == 0 || equals == std::string::npos)
-            throw io::InputError(fmt::format("--set {}: KEY=VALUE is accepted", word));
+            throw io::InputError("--set {}: KEY=VALUE is accepted", word);
         overrides.push_back({word.substr(0, equals), word.substr(equals + 1)});
     }
     return overrides;
@@ -209,9 +231,9 @@ std::filesystem::path assets() {
     const std::filesystem::path folder =
         named ? std::filesystem::path(named) : program_folder().parent_path() / "share" / "seldinger";
     if (!std::filesystem::is_directory(folder / "scenarios"))
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "{}: no folder of assets was found{}; one with scenarios/ and scripts/ is accepted",
-            folder.string(), named ? " (named by SELDINGER_ASSETS)" : ", where the program looks for them"));
+            folder.string(), named ? " (named by SELDINGER_ASSETS)" : ", where the program looks for them");
     return folder;
 }
 

@@ -94,6 +94,12 @@ void report_on(ProgressBar&, anatomy::ModelCache&);
 /// The scenario of a recording: `named`, or the shipped one that it names. Throws InputError.
 scenario::Scenario scenario_of(const script::CommandScript&, const std::string& named);
 
+/// The scenario in a file (.toml), or the one of that name that ships, with values as overrides_of() reads
+/// them. Throws InputError.
+scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set = {});
+/// The script in the file, or without a name the one that ships with the scenario, if any. Throws InputError.
+std::optional<script::CommandScript> script_for(const scenario::Scenario&, const std::string& named);
+
 /// "guidewire.friction=0.1", as --set takes it. Throws InputError where there is no "=".
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>&);
 
@@ -103,6 +109,11 @@ std::filesystem::path program_folder();
 /// own folder, or the folder in the environment variable SELDINGER_ASSETS. Throws io::InputError where there
 /// is none.
 std::filesystem::path assets();
+
+/// Adds the argument that scenario_named() takes, which has to be given.
+void add_scenario(CLI::App*, std::string& file_or_name);
+/// Adds --cache, the folder for what is made of vessels, and says which it is without one.
+void add_cache_folder(CLI::App*, std::string& folder, const char* otherwise = "the user's");
 
 /// An option that is empty unless given.
 template <class Value>

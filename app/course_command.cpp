@@ -26,8 +26,7 @@ int course(const CourseArguments& arguments) {
     const std::filesystem::path out = arguments.out.empty() ? folder : std::filesystem::path(arguments.out);
     std::error_code none;
     if (!std::filesystem::is_directory(folder, none))
-        throw io::InputError(
-            fmt::format("{}: no such folder; one with recordings (.gw) is accepted", folder.string()));
+        throw io::InputError("{}: no such folder; one with recordings (.gw) is accepted", folder.string());
     const std::vector<std::filesystem::path> files = script::recordings_of(folder);
     std::vector<std::filesystem::path> inputs = files;
     for (const auto& entry : std::filesystem::directory_iterator(arguments.scenarios, none))
@@ -41,11 +40,10 @@ int course(const CourseArguments& arguments) {
     options.scenario = [&](const std::string& name) {
         // A name out of a recording is no path.
         if (name.find('/') != std::string::npos || name.starts_with("."))
-            throw io::InputError(fmt::format("'{}' is no scenario's name", name));
+            throw io::InputError("'{}' is no scenario's name", name);
         const std::filesystem::path file = std::filesystem::path(arguments.scenarios) / (name + ".toml");
         const bool is_given = !arguments.scenarios.empty() && std::filesystem::exists(file);
-        return scenario::load_scenario(
-            is_given ? file : scenario::find_scenario(name, assets() / "scenarios"), assets() / "devices");
+        return scenario_named(is_given ? file.string() : name);
     };
     options.cache.folder = usual_cache(arguments.cache);
     options.program_hash = io::hash_text(origin().program_hash);

@@ -42,9 +42,8 @@ Page one_page(const DebriefArguments& arguments) {
         if (recording.origin && !recording.origin->scenario.empty() &&
             recording.origin->scenario != page.scenario.name && !arguments.force)
             throw io::InputError(
-                fmt::format("{}: it is a recording of '{}'; recordings of one exercise, '{}', are "
-                            "accepted on one page",
-                            recording.file, recording.origin->scenario, page.scenario.name));
+                "{}: it is a recording of '{}'; recordings of one exercise, '{}', are accepted on one page",
+                recording.file, recording.origin->scenario, page.scenario.name);
     return page;
 }
 
@@ -73,7 +72,7 @@ std::vector<Page> pages_of(const std::filesystem::path& folder, const DebriefArg
         groups[{recording.origin->learner, recording.origin->scenario}].push_back(std::move(recording));
     }
     if (groups.empty())
-        throw io::InputError(fmt::format("{}: expected recordings of attempts, found none", folder.string()));
+        throw io::InputError("{}: expected recordings of attempts, found none", folder.string());
     std::vector<Page> pages;
     for (auto& [key, recordings] : groups) {
         const auto& [learner, exercise] = key;
@@ -175,8 +174,7 @@ Command add_debrief(CLI::App& parser) {
     command->add_flag("--no-pictures", arguments->no_pictures, "Without key frames, which takes less time");
     command->add_flag("--force", arguments->force,
                       "Go on where scenario or anatomy have changed since they were recorded");
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else the user's");
+    add_cache_folder(command, arguments->cache);
     return {command, [arguments] { return debrief(*arguments); }};
 }
 

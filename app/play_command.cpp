@@ -1,7 +1,6 @@
 /// `seldinger play`.
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <functional>
 #include <memory>
 #include <string>
@@ -36,7 +35,7 @@ std::pair<int, int> size_of(const std::string& words) {
         if (width && height && *width >= 320 && *width <= 8192 && *height >= 240 && *height <= 8192)
             return {*width, *height};
     }
-    throw io::InputError(fmt::format("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words));
+    throw io::InputError("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words);
 }
 
 Exercise exercise_of(const std::filesystem::path& file) {
@@ -76,13 +75,13 @@ Replay replay_of(const std::filesystem::path& file, const std::string& named,
     const std::string recorded = replay.recording.origin ? replay.recording.origin->scenario : "";
     if (named.empty() && recorded.empty())
         throw io::InputError(
-            fmt::format("--replay {}: it does not say which scenario it is of; 'seldinger play "
-                        "SCENARIO --replay FILE' is accepted",
-                        file.string()));
+            "--replay {}: it does not say which scenario it is of; 'seldinger play SCENARIO --replay FILE' "
+            "is accepted",
+            file.string());
     const std::string name = std::filesystem::path(named).stem().string();
     if (!named.empty() && !recorded.empty() && recorded != name)
-        throw io::InputError(fmt::format("--replay {}: it is a recording of '{}'; one of '{}' is accepted",
-                                         file.string(), recorded, name));
+        throw io::InputError("--replay {}: it is a recording of '{}'; one of '{}' is accepted", file.string(),
+                             recorded, name);
     replay.exercise = place_of(named.empty() ? recorded : named);
     return replay;
 }
@@ -168,8 +167,7 @@ Command add_play(CLI::App& parser) {
                         "Recording that is played in place of your hands (.gw), or a folder of them");
     command->add_flag("--free", arguments->free_practice,
                       "Free practice: no score, and seconds can be taken back");
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else the user's");
+    add_cache_folder(command, arguments->cache);
     command->add_option("--measure", arguments->measure,
                         "File for the delays of image and interface, at the end (.json)");
     return {command, [arguments] { return play(*arguments); }};

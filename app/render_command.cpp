@@ -1,7 +1,6 @@
 /// `seldinger render`.
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -22,14 +21,9 @@ struct RenderArguments {
 
 int render_image(const RenderArguments& arguments) {
     run::check_still(arguments.out);
-    const scenario::Scenario scenario = scenario::load_scenario(
-        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
-    script::CommandScript script;
-    if (const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
-        !arguments.commands.empty())
-        script = script::load_commands(arguments.commands);
-    else if (std::filesystem::exists(own))
-        script = script::load_commands(own);
+    const scenario::Scenario scenario = scenario_named(arguments.scenario);
+    const script::CommandScript script =
+        script_for(scenario, arguments.commands).value_or(script::CommandScript());
     require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::StillRequest request;
     request.frame = arguments.frame;
@@ -52,10 +46,7 @@ int render_image(const RenderArguments& arguments) {
 Command add_render(CLI::App& parser) {
     const auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command = parser.add_subcommand("render", "One image of a scenario, from any side");
-    command
-        ->add_option("scenario", arguments->scenario,
-                     "A scenario file (.toml), or the name of one that ships")
-        ->required();
+    add_scenario(command, arguments->scenario);
     command->add_option(
         "--commands", arguments->commands,
         "Command script or recording (.gw); else the one that ships with the scenario, if any");
@@ -71,8 +62,7 @@ Command add_render(CLI::App& parser) {
                      "DSA and roadmap: fills the vessels where the script left no contrast [mg/ml]")
         ->check(CLI::Range(1.0, render::largest_iodine));
     command->add_option("--out", arguments->out, "The image, a .png")->required();
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    add_cache_folder(command, arguments->cache, "cache beside --out");
     return {command, [arguments] { return render_image(*arguments); }};
 }
 

@@ -1,7 +1,6 @@
 /// `seldinger run`.
 
 #include <algorithm>
-#include <cstdio>
 #include <fmt/format.h>
 #include <iostream>
 #include <iterator>
@@ -38,9 +37,7 @@ struct RunArguments {
 };
 
 int run_scenario(const RunArguments& arguments) {
-    const scenario::Scenario scenario =
-        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"),
-                                assets() / "devices", overrides_of(arguments.set));
+    const scenario::Scenario scenario = scenario_named(arguments.scenario, arguments.set);
     std::optional<std::string> typed;
     if (arguments.commands == "-") {
         typed = std::string(std::istreambuf_iterator<char>(std::cin), {});
@@ -53,11 +50,11 @@ int run_scenario(const RunArguments& arguments) {
     options.images = arguments.frames != "none";
     if (!options.images &&
         (arguments.panel || arguments.truth || !arguments.truth_of.empty() || !arguments.dicom.empty()))
-        throw io::InputError(fmt::format("--frames none: {} needs images; 'all' is accepted with it",
-                                         arguments.panel              ? "--panel"
-                                         : arguments.truth            ? "--truth"
-                                         : arguments.truth_of.empty() ? "--dicom"
-                                                                      : "--truth-of"));
+        throw io::InputError("--frames none: {} needs images; 'all' is accepted with it",
+                             arguments.panel              ? "--panel"
+                             : arguments.truth            ? "--truth"
+                             : arguments.truth_of.empty() ? "--dicom"
+                                                          : "--truth-of");
     options.panel = arguments.panel;
     options.truth = arguments.truth || !arguments.truth_of.empty();
     const auto asked = [&](const char* part) { return std::ranges::count(arguments.truth_of, part) > 0; };
@@ -110,10 +107,7 @@ Command add_run(CLI::App& parser) {
     const auto arguments = std::make_shared<RunArguments>();
     CLI::App* command =
         parser.add_subcommand("run", "Run a scenario from a file of commands, without a display");
-    command
-        ->add_option("scenario", arguments->scenario,
-                     "A scenario file (.toml), or the name of one that ships")
-        ->required();
+    add_scenario(command, arguments->scenario);
     command
         ->add_option("--commands", arguments->commands,
                      "Command script or recording (.gw); - reads standard input")
@@ -150,8 +144,7 @@ Command add_run(CLI::App& parser) {
                         "File for the state of each frame: place, forces, way left, dose (.csv)");
     command->add_option("--expect", arguments->expect,
                         "Recording, or output folder of an earlier run, that states and frames must equal");
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    add_cache_folder(command, arguments->cache, "cache beside --out");
     command->footer(footer);
     return {command, [arguments] { return run_scenario(*arguments); }};
 }

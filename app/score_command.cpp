@@ -158,8 +158,8 @@ int for_each(const ScoreArguments& arguments,
     if (!std::filesystem::is_directory(arguments.file, ignored)) return work(arguments.file, arguments);
     const std::vector<std::filesystem::path> files = script::recordings_of(arguments.file);
     if (!arguments.out.empty() && files.size() > 1)
-        throw io::InputError(fmt::format("--out {}: expected one recording, found {} in {}", arguments.out,
-                                         files.size(), arguments.file));
+        throw io::InputError("--out {}: expected one recording, found {} in {}", arguments.out, files.size(),
+                             arguments.file);
     int worst = done;
     for (const std::filesystem::path& file : files) {
         int code = bad_input;
@@ -181,8 +181,7 @@ CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArgumen
                         "The scenario it was recorded in, where that does not ship: a file (.toml)");
     command->add_flag("--force", arguments.force,
                       "Go on where scenario or anatomy have changed since it was recorded");
-    command->add_option("--cache", arguments.cache,
-                        "Folder that keeps grown vessels and distance fields; else the user's");
+    add_cache_folder(command, arguments.cache);
     return command;
 }
 

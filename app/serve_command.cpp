@@ -1,7 +1,6 @@
 /// `seldinger serve`: an exercise for a program in any language, by lines.
 
 #include <cstdio>
-#include <filesystem>
 #include <fmt/format.h>
 #include <iostream>
 #include <memory>
@@ -60,8 +59,7 @@ public:
         const bool alone = word == "step" || word == "state" || word == "restart" || word == "keep" ||
                            word == "score" || word == "quit";
         if (alone && !rest.empty())
-            throw io::InputError(
-                fmt::format("'{}': expected '{}' alone, found '{}' after it", line, word, rest));
+            throw io::InputError("'{}': expected '{}' alone, found '{}' after it", line, word, rest);
         if (word == "step") episode_.step({});
         if (word == "restart") episode_.reset();
         if (word == "back") episode_.restore(kept_[number_of(line, rest)]);
@@ -70,8 +68,7 @@ public:
         if (word == "keep") return keep();
         if (word == "image") return image(line, rest);
         if (word == "save") {
-            if (rest.empty())
-                throw io::InputError(fmt::format("'{}': the name of a file is accepted after it", word));
+            if (rest.empty()) throw io::InputError("'{}': the name of a file is accepted after it", word);
             episode_.save(rest, origin());
             return fmt::format("{{\"saved\":{}}}", episode::quoted(rest));
         }
@@ -83,16 +80,16 @@ private:
     std::size_t number_of(const std::string& line, const std::string& rest) const {
         const std::optional<int> number = io::parse_integer(rest);
         if (!number || *number < 0 || *number >= static_cast<int>(kept_.size()))
-            throw io::InputError(fmt::format(
-                "'{}': the number of a state that was kept, below {}, is accepted", line, kept_.size()));
+            throw io::InputError("'{}': the number of a state that was kept, below {}, is accepted", line,
+                                 kept_.size());
         return static_cast<std::size_t>(*number);
     }
     std::string keep() {
         if (static_cast<int>(kept_.size()) >= most_kept_)
             throw io::InputError(
-                fmt::format("'keep': expected at most {} kept states, found one more; serve "
-                            "--keep NUMBER sets another limit",
-                            most_kept_));
+                "'keep': expected at most {} kept states, found one more; serve --keep NUMBER sets another "
+                "limit",
+                most_kept_);
         kept_.push_back(episode_.snapshot());
         return fmt::format("{{\"kept\":{}}}", kept_.size() - 1);
     }
@@ -100,7 +97,7 @@ private:
         const std::size_t space = rest.find(' ');
         const std::optional<int> pixels = io::parse_integer(rest.substr(0, space));
         if (!pixels || space == std::string::npos)
-            throw io::InputError(fmt::format("'{}': 'image PIXELS FILE.png' is accepted", line));
+            throw io::InputError("'{}': 'image PIXELS FILE.png' is accepted", line);
         const std::string file = rest.substr(space + 1);
         episode_.require_no_input("image", file);
         const auto png = render::encode_png(episode_.image(*pixels, episode::ImageMode::Live));
@@ -120,10 +117,8 @@ int serve(const ServeArguments& arguments) {
     {
         ProgressBar bar;
         report_on(bar, cache);
-        episode = std::make_unique<episode::Episode>(
-            scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"),
-                                    assets() / "devices", overrides_of(arguments.set)),
-            exercise::Pictures::None, cache);
+        episode = std::make_unique<episode::Episode>(scenario_named(arguments.scenario, arguments.set),
+                                                     exercise::Pictures::None, cache);
     }
     Server server(*episode, arguments.keep);
     const auto say = [](const std::string& line) {
@@ -167,13 +162,9 @@ Command add_serve(CLI::App& parser) {
     CLI::App* command = parser.add_subcommand(
         "serve",
         "An exercise for a program in any language: commands on standard input, states as JSON lines");
-    command
-        ->add_option("scenario", arguments->scenario,
-                     "A scenario file (.toml), or the name of one that ships")
-        ->required();
+    add_scenario(command, arguments->scenario);
     command->add_option("--set", arguments->set, "KEY=VALUE in place of the scenario's; again for more");
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else the user's own");
+    add_cache_folder(command, arguments->cache);
     command->add_option("--keep", arguments->keep, "The most states that 'keep' keeps, each of 30 to 100 kB")
         ->check(CLI::Range(1, 1'000'000))
         ->capture_default_str();

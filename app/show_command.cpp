@@ -1,6 +1,5 @@
 /// `seldinger show`: a scenario's vessels with names, and the way of its wire.
 
-#include <fmt/format.h>
 #include <memory>
 #include <string>
 
@@ -18,14 +17,9 @@ struct ShowArguments {
 
 int show(const ShowArguments& arguments) {
     require_picture(arguments.out);
-    const scenario::Scenario scenario = scenario::load_scenario(
-        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
-    script::CommandScript script = script::parse_commands("0 end\n", "no script");
-    if (const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
-        !arguments.commands.empty())
-        script = script::load_commands(arguments.commands);
-    else if (std::filesystem::exists(own))
-        script = script::load_commands(own);
+    const scenario::Scenario scenario = scenario_named(arguments.scenario);
+    const script::CommandScript script =
+        script_for(scenario, arguments.commands).value_or(script::parse_commands("0 end\n", "no script"));
     require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::RunOptions options;
     options.images = false;
@@ -78,15 +72,11 @@ Command add_show(CLI::App& parser) {
     const auto arguments = std::make_shared<ShowArguments>();
     CLI::App* command = parser.add_subcommand(
         "show", "A picture of a scenario's vessels with their names, and the way that its wire takes");
-    command
-        ->add_option("scenario", arguments->scenario,
-                     "A scenario file (.toml), or the name of one that ships")
-        ->required();
+    add_scenario(command, arguments->scenario);
     command->add_option("--commands", arguments->commands,
                         "Script or recording (.gw); else the one that ships with the scenario, if any");
     command->add_option("--out", arguments->out, "File for the picture (.png)")->required();
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels and distance fields; else the user's");
+    add_cache_folder(command, arguments->cache);
     command->footer(
         "Examples:\n"
         "  seldinger show renal --out renal.png                            with the way of its solution\n"

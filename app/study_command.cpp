@@ -1,6 +1,5 @@
 /// `seldinger study`: starts seldinger-study from the folder of this program.
 
-#include <fmt/format.h>
 #include <string>
 #include <unistd.h>
 #include <vector>
@@ -19,9 +18,9 @@ int start_studies(std::vector<std::string> arguments) {
     values.push_back(nullptr);
     execv(file.c_str(), values.data());
     throw io::InputError(
-        fmt::format("{}: not found, so there are no studies here; "
-                    "'./app/build.sh release seldinger-study' in the source builds it",
-                    file));
+        "{}: not found, so there are no studies here; './app/build.sh release seldinger-study' in the source "
+        "builds it",
+        file);
 }
 
 }  // namespace

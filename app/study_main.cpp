@@ -39,13 +39,12 @@ int study(const StudyArguments& arguments) {
     if (id.empty()) return list_studies();
     const bool all = id == "all", merge = id == "merge";
     const studies::Study* chosen = all || merge ? nullptr : &studies::find_study(id);
-    if (arguments.out.empty())
-        throw io::InputError(fmt::format("study {}: --out is missing; a folder is accepted", id));
+    if (arguments.out.empty()) throw io::InputError("study {}: --out is missing; a folder is accepted", id);
     if (!merge && !arguments.folders.empty())
-        throw io::InputError(fmt::format("study {}: '{}' was found; folders go with 'study merge'", id,
-                                         arguments.folders.front().string()));
+        throw io::InputError("study {}: '{}' was found; folders go with 'study merge'", id,
+                             arguments.folders.front().string());
     if (arguments.shard && !chosen)
-        throw io::InputError(fmt::format("--shard: 'study {}' cannot be cut; it goes with one study", id));
+        throw io::InputError("--shard: 'study {}' cannot be cut; it goes with one study", id);
     studies::StudyOptions options;
     const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
     if (meshes) options.real_meshes = meshes;

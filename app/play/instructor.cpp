@@ -1,7 +1,6 @@
 #include "app/play/instructor.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <imgui.h>

@@ -331,8 +331,8 @@ void Play::draw_help() {
     }
     wrapped(palette::label,
             "Mouse: the wheel pushes, dragging on the image pushes (up) and turns (right), with the right "
-            "button it moves the table; dragging the "
-            "C-arm's pictograms turns it. Gamepad: left stick pushes, right stick turns.");
+            "button it moves the table; dragging the C-arm's pictograms turns it. Gamepad: left stick "
+            "pushes, right stick turns.");
     ImGui::EndChild();
     if (ImGui::Button("Close")) help_ = false;
     ImGui::End();

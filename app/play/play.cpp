@@ -17,10 +17,8 @@ using room::Action;
 using room::Clock;
 using room::Phase;
 
-constexpr double countdown = 3;       // [s]
 constexpr double fastest = 1.0 / 60;  // between two drawings [s]
 constexpr double idle = 0.25;         // between checks of the clock while nothing happens [s]
-constexpr double degrees_per_pixel = 0.4 * 0.017453292519943295;  // of dragging the pictogram [rad]
 
 double seconds(Clock::duration d) {
     return std::chrono::duration<double>(d).count();

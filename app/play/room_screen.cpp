@@ -1,7 +1,6 @@
 /// The room in the window: live image, reference, readouts, the strip below, hints and countdown.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <imgui.h>

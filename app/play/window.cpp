@@ -5,8 +5,8 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <cmath>
 #include <cstdint>
-#include <fmt/format.h>
 #include <imgui.h>
+#include <map>
 
 #include "engine/io/error.h"
 
@@ -19,60 +19,29 @@ void note_error(int, const char* text) {
     last_error = text;
 }
 
-/// GLFW's code of each key by name; the gamepad's buttons come after.
+/// GLFW's code of each key. Those of keys between the ones listed here follow one another, as the names do.
 const std::vector<int>& codes() {
     static const std::vector<int> table = [] {
+        const std::map<std::string_view, int> first = {{"Space", GLFW_KEY_SPACE},
+                                                       {"Apostrophe", GLFW_KEY_APOSTROPHE},
+                                                       {"Comma", GLFW_KEY_COMMA},
+                                                       {"Semicolon", GLFW_KEY_SEMICOLON},
+                                                       {"Equal", GLFW_KEY_EQUAL},
+                                                       {"A", GLFW_KEY_A},
+                                                       {"GraveAccent", GLFW_KEY_GRAVE_ACCENT},
+                                                       {"Escape", GLFW_KEY_ESCAPE},
+                                                       {"CapsLock", GLFW_KEY_CAPS_LOCK},
+                                                       {"F1", GLFW_KEY_F1},
+                                                       {"Keypad0", GLFW_KEY_KP_0},
+                                                       {"LeftShift", GLFW_KEY_LEFT_SHIFT},
+                                                       {"RightShift", GLFW_KEY_RIGHT_SHIFT}};
         std::vector<int> result;
-        const auto known = [](std::string_view name) -> int {
-            if (name.size() == 1) return name[0];  // letters and digits have their own character's code
-            static const std::pair<std::string_view, int> others[] = {
-                {"Space", GLFW_KEY_SPACE},
-                {"Apostrophe", GLFW_KEY_APOSTROPHE},
-                {"Comma", GLFW_KEY_COMMA},
-                {"Minus", GLFW_KEY_MINUS},
-                {"Period", GLFW_KEY_PERIOD},
-                {"Slash", GLFW_KEY_SLASH},
-                {"Semicolon", GLFW_KEY_SEMICOLON},
-                {"Equal", GLFW_KEY_EQUAL},
-                {"LeftBracket", GLFW_KEY_LEFT_BRACKET},
-                {"Backslash", GLFW_KEY_BACKSLASH},
-                {"RightBracket", GLFW_KEY_RIGHT_BRACKET},
-                {"GraveAccent", GLFW_KEY_GRAVE_ACCENT},
-                {"Escape", GLFW_KEY_ESCAPE},
-                {"Enter", GLFW_KEY_ENTER},
-                {"Tab", GLFW_KEY_TAB},
-                {"Backspace", GLFW_KEY_BACKSPACE},
-                {"Insert", GLFW_KEY_INSERT},
-                {"Delete", GLFW_KEY_DELETE},
-                {"Right", GLFW_KEY_RIGHT},
-                {"Left", GLFW_KEY_LEFT},
-                {"Down", GLFW_KEY_DOWN},
-                {"Up", GLFW_KEY_UP},
-                {"PageUp", GLFW_KEY_PAGE_UP},
-                {"PageDown", GLFW_KEY_PAGE_DOWN},
-                {"Home", GLFW_KEY_HOME},
-                {"End", GLFW_KEY_END},
-                {"CapsLock", GLFW_KEY_CAPS_LOCK},
-                {"KeypadDecimal", GLFW_KEY_KP_DECIMAL},
-                {"KeypadDivide", GLFW_KEY_KP_DIVIDE},
-                {"KeypadMultiply", GLFW_KEY_KP_MULTIPLY},
-                {"KeypadSubtract", GLFW_KEY_KP_SUBTRACT},
-                {"KeypadAdd", GLFW_KEY_KP_ADD},
-                {"KeypadEnter", GLFW_KEY_KP_ENTER},
-                {"LeftShift", GLFW_KEY_LEFT_SHIFT},
-                {"LeftControl", GLFW_KEY_LEFT_CONTROL},
-                {"LeftAlt", GLFW_KEY_LEFT_ALT},
-                {"RightShift", GLFW_KEY_RIGHT_SHIFT},
-                {"RightControl", GLFW_KEY_RIGHT_CONTROL},
-                {"RightAlt", GLFW_KEY_RIGHT_ALT}};
-            for (const auto& [other, code] : others)
-                if (other == name) return code;
-            if (name.starts_with("Keypad")) return GLFW_KEY_KP_0 + (name.back() - '0');
-            if (name[0] == 'F') return GLFW_KEY_F1 + std::stoi(std::string(name.substr(1))) - 1;
-            return GLFW_KEY_UNKNOWN;  // of the gamepad
-        };
-        for (const std::string_view name : room::key_names())
-            result.push_back(name.starts_with("Gamepad") ? GLFW_KEY_UNKNOWN : known(name));
+        for (const std::string_view name : room::key_names()) {
+            const auto listed = first.find(name);
+            result.push_back(name.starts_with("Gamepad") ? GLFW_KEY_UNKNOWN
+                             : listed != first.end()     ? listed->second
+                                                         : result.back() + 1);
+        }
         return result;
     }();
     return table;
@@ -172,9 +141,8 @@ Window::Window(int width, int height, const std::string& title) : held_(room::ke
     glfwSetErrorCallback(note_error);
     if (!glfwInit())
         throw io::InputError(
-            fmt::format("no display to open a window on ({}); without one, 'seldinger run' plays "
-                        "scripts and recordings",
-                        last_error));
+            "no display to open a window on ({}); without one, 'seldinger run' plays scripts and recordings",
+            last_error);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -194,9 +162,9 @@ Window::Window(int width, int height, const std::string& title) : held_(room::ke
         }
         glfwTerminate();
         throw io::InputError(
-            fmt::format("the window needs OpenGL 3.3; found was {} ({}); without a window, "
-                        "'seldinger run' plays scripts and recordings",
-                        found, why));
+            "the window needs OpenGL 3.3; found was {} ({}); without a window, 'seldinger run' plays scripts "
+            "and recordings",
+            found, why);
     }
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
@@ -287,12 +255,6 @@ void Window::set_title(const std::string& title) {
 }
 bool Window::can_be_seen() const {
     return width_ > 0 && height_ > 0 && !glfwGetWindowAttrib(window_, GLFW_ICONIFIED);
-}
-
-float Window::content_scale() const {
-    float x = 1, y = 1;
-    glfwGetWindowContentScale(window_, &x, &y);
-    return std::clamp(std::max(x, y), 0.5f, 4.0f);
 }
 
 void Window::make_faces(float unit) {

@@ -75,7 +75,6 @@ public:
     const Gl& gl() const { return *gl_; }
     int width() const { return width_; }    // of the framebuffer [pixels]
     int height() const { return height_; }  // [pixels]
-    float content_scale() const;            // of the desktop, 1 at 96 dots per inch
     const render::CanvasFaces& faces() const { return faces_; }
     float unit() const { return unit_; }
 

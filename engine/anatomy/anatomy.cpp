@@ -12,7 +12,6 @@
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
-#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -73,8 +72,7 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
         if (declared[i]) continue;
         found.push_back(
             fmt::format("the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed "
-                        "except at its "
-                        "ends is accepted",
+                        "except at its ends is accepted",
                         io::place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
     }
     if (edges.non_manifold_edges == 0 &&
@@ -283,10 +281,9 @@ geometry::TriangleMesh closed_lumen(const Anatomy& anatomy) {
     const geometry::Topology left = geometry::topology(closed);
     if (left.boundary_edges > 0 || left.non_manifold_edges > 0) {
         throw io::InputError(
-            fmt::format("{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; "
-                        "a closed mesh is "
-                        "needed for imaging",
-                        anatomy.name, left.boundary_edges, left.non_manifold_edges));
+            "{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; a closed "
+            "mesh is needed for imaging",
+            anatomy.name, left.boundary_edges, left.non_manifold_edges);
     }
     return closed;
 }

@@ -26,13 +26,12 @@ public:
     [[noreturn]] void refuse(const std::string& accepted) const {
         std::string found = value_.dump();
         if (found.size() > 60) found = found.substr(0, 57) + "...";
-        throw io::InputError(fmt::format("{}: {}: {} was found; {}", file_, path_, found, accepted));
+        throw io::InputError("{}: {}: {} was found; {}", file_, path_, found, accepted);
     }
     Value operator[](const std::string& key) const {
         if (!value_.is_object()) refuse("an object is accepted");
         if (!value_.contains(key)) {
-            throw io::InputError(
-                fmt::format("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key));
+            throw io::InputError("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key);
         }
         return {value_.at(key), file_, path_.empty() ? key : path_ + "." + key};
     }
@@ -216,8 +215,8 @@ Anatomy read_anatomy(const json& content, const std::filesystem::path& path, con
     anatomy.lumen = mesh_at(mesh_path);
     if (const int declared = mesh["triangles"].index();
         declared != static_cast<int>(anatomy.lumen.triangles.size())) {
-        throw io::InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
-                                         anatomy.lumen.triangles.size(), file, declared));
+        throw io::InputError("{}: {} triangles were found; {} declares {}", mesh_path.string(),
+                             anatomy.lumen.triangles.size(), file, declared);
     }
     std::vector<std::string> wrong = problems(anatomy);
     for (std::string& problem : wrong) problem.insert(0, mesh_path.string() + ": ");

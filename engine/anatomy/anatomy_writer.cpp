@@ -117,8 +117,7 @@ void check_anatomy_name(const std::string& name) {
     const bool folder = name == "." || name == "..";
     if (!name.empty() && !folder && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100)
         return;
-    throw io::InputError(
-        fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
+    throw io::InputError("--name: '{}' was found; a file name without a folder is accepted", name);
 }
 
 Anatomy read_back(const Anatomy& anatomy) {
@@ -130,8 +129,8 @@ std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesyste
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error || !std::filesystem::is_directory(folder)) {
-        throw io::InputError(fmt::format("{}: the folder cannot be made: {}", folder.string(),
-                                         error ? error.message() : "a file is in its place"));
+        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
+                             error ? error.message() : "a file is in its place");
     }
     const std::string mesh_file = anatomy.name + ".stl";
     const std::filesystem::path path = folder / (anatomy.name + ".anatomy.json");

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/io/text.h"

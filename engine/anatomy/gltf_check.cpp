@@ -40,8 +40,8 @@ public:
 private:
     [[noreturn]] void refuse(const std::string& where, const std::string& found,
                              const std::string& accepted) const {
-        throw io::InputError(fmt::format("{}: {}{}{}; {} is accepted", path_.string(), where,
-                                         where.empty() ? "" : ": ", found, accepted));
+        throw io::InputError("{}: {}{}{}; {} is accepted", path_.string(), where, where.empty() ? "" : ": ",
+                             found, accepted);
     }
 
     /// A binary container is a head of 12 bytes, a piece of JSON and one of bytes.

@@ -5,7 +5,6 @@
 #include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <fmt/format.h>

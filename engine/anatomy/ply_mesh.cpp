@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <fmt/format.h>
 #include <optional>
 #include <vector>
@@ -13,6 +11,7 @@
 #include "engine/anatomy/mesh_file.h"
 #include "engine/anatomy/text_scanner.h"
 #include "engine/io/error.h"
+#include "engine/io/number_type.h"
 
 namespace anatomy {
 namespace {
@@ -20,28 +19,14 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
-enum class PlyType { Int8, Uint8, Int16, Uint16, Int32, Uint32, Float32, Float64 };
-
-struct PlyTypeName {
-    const char *name, *other;
-    std::size_t size;  // [bytes]
-};
-constexpr std::array<PlyTypeName, 8> ply_types = {{{"char", "int8", 1},
-                                                   {"uchar", "uint8", 1},
-                                                   {"short", "int16", 2},
-                                                   {"ushort", "uint16", 2},
-                                                   {"int", "int32", 4},
-                                                   {"uint", "uint32", 4},
-                                                   {"float", "float32", 4},
-                                                   {"double", "float64", 8}}};
-std::size_t size_of(PlyType type) {
-    return ply_types[static_cast<std::size_t>(type)].size;
-}
+constexpr io::NumberNames ply_names = {
+    "char,int8", "uchar,uint8",   "short,int16",   "ushort,uint16", "int,int32", "uint,uint32", "",
+    "",          "float,float32", "double,float64"};
 
 struct PlyProperty {
     std::string name;
-    std::optional<PlyType> count;  // of a list
-    PlyType type = PlyType::Float32;
+    std::optional<io::NumberType> count;  // of a list
+    io::NumberType type = io::NumberType::Float32;
 };
 
 struct PlyElement {
@@ -53,7 +38,7 @@ struct PlyElement {
     std::size_t least_size(bool text) const {
         std::size_t size = 0;
         for (const PlyProperty& property : properties)
-            size += text ? 2 : size_of(property.count.value_or(property.type));
+            size += text ? 2 : io::size_of(property.count.value_or(property.type));
         return size;
     }
     int index_of(std::initializer_list<std::string_view> names) const {
@@ -75,10 +60,8 @@ constexpr std::size_t longest_header = 64 * 1024;  // [bytes]
 constexpr int most_corners_of_face = 1000, longest_list = 1000000;
 constexpr int most_ply_properties = 100, most_ply_elements = 100;
 
-PlyType type_of(TextScanner& words) {
-    const std::string_view name = words.word();
-    for (std::size_t i = 0; i < ply_types.size(); ++i)
-        if (name == ply_types[i].name || name == ply_types[i].other) return static_cast<PlyType>(i);
+io::NumberType type_of(TextScanner& words) {
+    if (const auto type = io::number_type_named(words.word(), ply_names)) return *type;
     words.refuse("char, uchar, short, ushort, int, uint, float or double");
 }
 
@@ -122,7 +105,7 @@ PlyHeader read_ply_header(TextScanner& words) {
             PlyProperty property;
             if (words.take("list")) {
                 property.count = type_of(words);
-                if (*property.count >= PlyType::Float32)
+                if (*property.count >= io::NumberType::Float32)
                     words.refuse("a whole number's type for a list's length");
             }
             property.type = type_of(words);
@@ -142,37 +125,12 @@ public:
     PlyValues(const std::string& bytes, std::size_t from, PlyOrder order, const std::string& file)
         : words_(bytes, file, from), order_(order) {}
 
-    double next(PlyType type, const char* what) {
+    double next(io::NumberType type, const char* what) {
         if (order_ == PlyOrder::Text) return words_.number(what);
-        std::array<char, 8> raw{};
-        const std::string_view bytes = words_.bytes(what, size_of(type));
-        std::copy(bytes.begin(), bytes.end(), raw.begin());
-        if ((order_ == PlyOrder::Big) != (std::endian::native == std::endian::big))
-            std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(bytes.size()));
-        const auto as = [&]<typename T>(T) {
-            T value;
-            std::memcpy(&value, raw.data(), sizeof value);
-            return static_cast<double>(value);
-        };
-        switch (type) {
-            case PlyType::Int8:
-                return as(std::int8_t{});
-            case PlyType::Uint8:
-                return as(std::uint8_t{});
-            case PlyType::Int16:
-                return as(std::int16_t{});
-            case PlyType::Uint16:
-                return as(std::uint16_t{});
-            case PlyType::Int32:
-                return as(std::int32_t{});
-            case PlyType::Uint32:
-                return as(std::uint32_t{});
-            case PlyType::Float32:
-                return as(float{});
-            case PlyType::Float64:
-                return as(double{});
-        }
-        return 0;
+        const std::string_view bytes = words_.bytes(what, io::size_of(type));
+        return io::with_stored_type(type, [&]<class Stored>(Stored) {
+            return static_cast<double>(io::stored_number<Stored>(bytes.data(), order_ == PlyOrder::Big));
+        });
     }
     std::size_t left() const { return words_.left(); }
     bool text() const { return order_ == PlyOrder::Text; }
@@ -210,7 +168,7 @@ public:
 
 private:
     [[noreturn]] void refuse(const std::string& found, const std::string& accepted) const {
-        throw io::InputError(fmt::format("{}: {}; {} is accepted", file_, found, accepted));
+        throw io::InputError("{}: {}; {} is accepted", file_, found, accepted);
     }
 
     int list_length(const PlyProperty& property, int most, const PlyElement& element, std::int64_t i) {
@@ -300,9 +258,8 @@ TriangleMesh parse_ply(const std::string& bytes, const std::string& file) {
     std::size_t end = start.find("end_header");
     if (end != std::string_view::npos) end = start.find('\n', end);
     if (end == std::string_view::npos)
-        throw io::InputError(
-            fmt::format("{}: no line 'end_header' in the first {} bytes; a whole PLY file is accepted", file,
-                        start.size()));
+        throw io::InputError("{}: no line 'end_header' in the first {} bytes; a whole PLY file is accepted",
+                             file, start.size());
     TextScanner words(start.substr(0, end), file);
     const PlyHeader header = read_ply_header(words);
     PlyReader reader(bytes, end + 1, header, file);

@@ -8,6 +8,7 @@
 #include "engine/anatomy/text_scanner.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 
 namespace anatomy {
 namespace {
@@ -27,57 +28,18 @@ bool is_radius(std::string_view name) {
 
 void refuse_polydata(const std::string& file, std::string_view place, std::string_view found,
                      std::string_view accepted) {
-    throw io::InputError(
-        fmt::format("{}: {}{}{}; {}", file, place, place.empty() ? "" : ": ", found, accepted));
-}
-
-int size_of(NumberType type) {
-    constexpr std::array<int, 10> sizes = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-    return sizes[static_cast<std::size_t>(type)];
+    throw io::InputError("{}: {}{}{}; {}", file, place, place.empty() ? "" : ": ", found, accepted);
 }
 
 std::optional<NumberType> number_type_named(std::string_view name) {
-    using T = NumberType;
-    struct Known {
-        std::string_view name;
-        T type;
-    };
     // A long is of 64 bits wherever such files are written today; an identifier is written as an int.
-    constexpr Known known[] = {{"Int8", T::Int8},
-                               {"UInt8", T::UInt8},
-                               {"Int16", T::Int16},
-                               {"UInt16", T::UInt16},
-                               {"Int32", T::Int32},
-                               {"UInt32", T::UInt32},
-                               {"Int64", T::Int64},
-                               {"UInt64", T::UInt64},
-                               {"Float32", T::Float32},
-                               {"Float64", T::Float64},
-                               {"char", T::Int8},
-                               {"signed_char", T::Int8},
-                               {"unsigned_char", T::UInt8},
-                               {"short", T::Int16},
-                               {"unsigned_short", T::UInt16},
-                               {"int", T::Int32},
-                               {"unsigned_int", T::UInt32},
-                               {"long", T::Int64},
-                               {"unsigned_long", T::UInt64},
-                               {"vtkIdType", T::Int32},
-                               {"vtktypeint8", T::Int8},
-                               {"vtktypeuint8", T::UInt8},
-                               {"vtktypeint16", T::Int16},
-                               {"vtktypeuint16", T::UInt16},
-                               {"vtktypeint32", T::Int32},
-                               {"vtktypeuint32", T::UInt32},
-                               {"vtktypeint64", T::Int64},
-                               {"vtktypeuint64", T::UInt64},
-                               {"vtktypefloat32", T::Float32},
-                               {"vtktypefloat64", T::Float64},
-                               {"float", T::Float32},
-                               {"double", T::Float64}};
-    for (const Known& k : known)
-        if (same_word(k.name, name)) return k.type;
-    return std::nullopt;
+    constexpr io::NumberNames names = {
+        "int8,char,signed_char,vtktypeint8", "uint8,unsigned_char,vtktypeuint8",
+        "int16,short,vtktypeint16",          "uint16,unsigned_short,vtktypeuint16",
+        "int32,int,vtkidtype,vtktypeint32",  "uint32,unsigned_int,vtktypeuint32",
+        "int64,long,vtktypeint64",           "uint64,unsigned_long,vtktypeuint64",
+        "float32,float,vtktypefloat32",      "float64,double,vtktypefloat64"};
+    return io::number_type_named(io::lower_case(name), names);
 }
 
 bool keeps_numbers(std::string_view name) {

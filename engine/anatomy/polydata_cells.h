@@ -1,18 +1,17 @@
 #pragma once
 /// What both readers of PolyData share: limits, types of numbers, and the cells of a piece.
 
-#include <cstring>
 #include <string_view>
 
 #include "engine/anatomy/polydata.h"
+#include "engine/io/number_type.h"
 
 namespace anatomy {
 
 /// Most points of a file, and most indices of its cells of one kind.
 constexpr std::int64_t most_points = 12'000'000, most_indices = 16'000'000;
 
-enum class NumberType { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
-int size_of(NumberType);  // [bytes]
+using io::NumberType;
 /// Of an attribute as in "UInt8", or of a legacy file's "unsigned_char".
 std::optional<NumberType> number_type_named(std::string_view);
 
@@ -20,41 +19,13 @@ std::optional<NumberType> number_type_named(std::string_view);
 /// cannot hold become negative.
 template <class Number>
 std::vector<Number> unpacked(std::string_view bytes, NumberType type, bool big_endian) {
-    const auto all = [&]<class Stored>(Stored) {
+    return io::with_stored_type(type, [&]<class Stored>(Stored) {
         std::vector<Number> numbers(bytes.size() / sizeof(Stored));
-        for (std::size_t i = 0; i < numbers.size(); ++i) {
-            char raw[sizeof(Stored)];
-            for (std::size_t k = 0; k < sizeof raw; ++k)
-                raw[big_endian ? sizeof raw - 1 - k : k] = bytes[i * sizeof raw + k];
-            Stored stored;
-            std::memcpy(&stored, raw, sizeof raw);
-            numbers[i] = static_cast<Number>(stored);
-        }
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+            numbers[i] =
+                static_cast<Number>(io::stored_number<Stored>(bytes.data() + i * sizeof(Stored), big_endian));
         return numbers;
-    };
-    switch (type) {
-        case NumberType::Int8:
-            return all(std::int8_t{});
-        case NumberType::UInt8:
-            return all(std::uint8_t{});
-        case NumberType::Int16:
-            return all(std::int16_t{});
-        case NumberType::UInt16:
-            return all(std::uint16_t{});
-        case NumberType::Int32:
-            return all(std::int32_t{});
-        case NumberType::UInt32:
-            return all(std::uint32_t{});
-        case NumberType::Int64:
-            return all(std::int64_t{});
-        case NumberType::UInt64:
-            return all(std::uint64_t{});
-        case NumberType::Float32:
-            return all(float{});
-        case NumberType::Float64:
-            return all(double{});
-    }
-    return {};
+    });
 }
 
 /// The kinds of cells in the order in which a file's arrays of cells list them.

@@ -78,8 +78,8 @@ private:
     std::vector<Number> numbers(NumberType type, std::int64_t count, std::string_view what) {
         if (binary_) {
             words_.rest_of_line();
-            return unpacked<Number>(words_.bytes(what, static_cast<std::size_t>(count * size_of(type))), type,
-                                    true);
+            return unpacked<Number>(words_.bytes(what, static_cast<std::size_t>(count) * io::size_of(type)),
+                                    type, true);
         }
         if (static_cast<std::size_t>(count) > words_.left())
             words_.refuse_found(fmt::format("{} bytes for {} numbers, {},", words_.left(), count, what),
@@ -96,7 +96,7 @@ private:
     void skip(NumberType type, std::int64_t count) {
         if (binary_) {
             words_.rest_of_line();
-            words_.bytes("an array", static_cast<std::size_t>(count * size_of(type)));
+            words_.bytes("an array", static_cast<std::size_t>(count) * io::size_of(type));
             return;
         }
         for (std::int64_t i = 0; i < count; ++i)

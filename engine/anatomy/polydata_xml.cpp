@@ -9,8 +9,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 constexpr std::ptrdiff_t most_elements = 100'000;
 
 class VtpReader {
@@ -120,7 +118,7 @@ private:
                             "ascii, binary and appended are accepted");
         }
         const std::string bytes =
-            array_bytes(text, encoding, static_cast<std::uint64_t>(most * size_of(type)),
+            array_bytes(text, encoding, static_cast<std::uint64_t>(most) * io::size_of(type),
                         [&](const std::string& found, const std::string& accepted) {
                             refuse_polydata(file_, place, found, accepted);
                         });

@@ -1,7 +1,6 @@
 #include "engine/anatomy/text_scanner.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -31,16 +30,11 @@ std::string_view without_plus(std::string_view word) {
 }  // namespace
 
 bool same_word(std::string_view a, std::string_view b) {
-    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-               return std::tolower(static_cast<unsigned char>(x)) ==
-                      std::tolower(static_cast<unsigned char>(y));
-           });
+    return a.size() == b.size() && io::lower_case(a) == io::lower_case(b);
 }
 
 std::string extension_of(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension;
+    return io::lower_case(path.extension().string());
 }
 
 void TextScanner::skip_space() {

@@ -206,12 +206,12 @@ std::vector<std::string> problems(const FlowSpec& spec) {
 
 BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, double spacing) {
     const std::vector<std::string> wrong = problems(spec);
-    if (!wrong.empty()) throw io::InputError(fmt::format("{}", fmt::join(wrong, "\n")));
+    if (!wrong.empty()) throw io::InputError("{}", fmt::join(wrong, "\n"));
     if (!spec.source.empty() && !anatomy::find_end(anatomy, spec.source)) {
         std::vector<std::string> names;
         for (const anatomy::VesselEnd& end : anatomy.ends) names.push_back(end.opening.name);
-        throw io::InputError(fmt::format("blood cannot come from '{}': no such end; ends are {}", spec.source,
-                                         fmt::join(names, ", ")));
+        throw io::InputError("blood cannot come from '{}': no such end; ends are {}", spec.source,
+                             fmt::join(names, ", "));
     }
     const Undirected vessels = cut(anatomy, spacing);
     std::vector<int> at_end, by_width;

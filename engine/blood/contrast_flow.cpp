@@ -77,8 +77,8 @@ int ContrastFlow::cell_of(const Injection& injection) const {
     }
     if (found == branches_.end()) {
         const std::vector<std::string_view> names(branches_.begin(), branches_.end());
-        throw io::InputError(fmt::format("contrast cannot go into '{}': no such branch{}; branches are {}",
-                                         name, io::suggestion(name, names), io::joined(names)));
+        throw io::InputError("contrast cannot go into '{}': no such branch{}; branches are {}", name,
+                             io::suggestion(name, names), io::joined(names));
     }
     return blood_.entry_of(static_cast<int>(found - branches_.begin()));
 }
@@ -94,13 +94,13 @@ void ContrastFlow::inject(const Injection& asked) {
         wrong.push_back(
             fmt::format("contrast of {} mg/ml; 0 to {} is accepted", asked.iodine, render::largest_iodine));
     }
-    if (!wrong.empty()) throw io::InputError(fmt::format("{}", fmt::join(wrong, "\n")));
+    if (!wrong.empty()) throw io::InputError("{}", fmt::join(wrong, "\n"));
     const int cell = cell_of(asked);
     // Rounding must not reject the last of several doses that use up the limit exactly.
     if (asked.volume > left() + 1e-9 * spec_.limit) {
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "{:.4g} ml of contrast were asked for, but {:.4g} ml are left of the limit of {:.4g} ml",
-            asked.volume, left(), spec_.limit));
+            asked.volume, left(), spec_.limit);
     }
     running_.push_back({cell, asked.rate, asked.volume, asked.iodine});
     site_ = {};

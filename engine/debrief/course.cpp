@@ -6,9 +6,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
 
-#include "engine/debrief/page.h"
 #include "engine/debrief/page_text.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/csv.h"
@@ -20,7 +18,19 @@
 #include "physics/geometry/hash.h"
 #include "physics/geometry/parallel.h"
 
+template <>
+struct nlohmann::adl_serializer<std::optional<double>> {
+    static void to_json(json& j, const std::optional<double>& value) { j = value ? json(*value) : json(); }
+    static void from_json(const json& j, std::optional<double>& value) {
+        if (!j.is_null()) value = j.get<double>();
+    }
+};
+
 namespace debrief {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CourseRow, exercise, level, problem, reached, points, time, beam, contrast,
+                                   travel, force, wrong_entries, errors)
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,42 +52,6 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.wrong_entries = score.wrong_entries();
     row.errors = exercise::counts(score.mishaps);
     return row;
-}
-
-Json to_json(const CourseRow& r) {
-    const auto or_null = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
-    return {{"exercise", r.exercise},
-            {"level", r.level},
-            {"problem", r.problem},
-            {"reached", r.reached},
-            {"points", or_null(r.points)},
-            {"time", or_null(r.time)},
-            {"beam", r.beam},
-            {"contrast", r.contrast},
-            {"travel", r.travel},
-            {"force", r.force},
-            {"wrong", r.wrong_entries},
-            {"errors", r.errors}};
-}
-
-CourseRow from_json(const Json& j) {
-    const auto optional = [&](const char* key) {
-        return j.at(key).is_null() ? std::optional<double>() : std::optional<double>(j.at(key).get<double>());
-    };
-    CourseRow r;
-    j.at("exercise").get_to(r.exercise);
-    j.at("level").get_to(r.level);
-    j.at("problem").get_to(r.problem);
-    j.at("reached").get_to(r.reached);
-    r.points = optional("points");
-    r.time = optional("time");
-    j.at("beam").get_to(r.beam);
-    j.at("contrast").get_to(r.contrast);
-    j.at("travel").get_to(r.travel);
-    j.at("force").get_to(r.force);
-    j.at("wrong").get_to(r.wrong_entries);
-    j.at("errors").get_to(r.errors);
-    return r;
 }
 
 /// Where the figures of a recording are kept; empty without a cache.
@@ -119,7 +93,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
                 const std::string figures = io::read_text(kept, "score", "its own is accepted");
                 io::check_json_depth(figures, kept.string());
                 const Json json = Json::parse(figures, nullptr, false);
-                for (const Json& one : json) rows.push_back(from_json(one));
+                for (const Json& one : json) rows.push_back(one.get<CourseRow>());
             } catch (const std::exception&) {
                 rows.clear();  // computed again
             }
@@ -140,7 +114,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
             }
             if (!kept.empty()) {
                 Json json = Json::array();
-                for (const CourseRow& one : rows) json.push_back(to_json(one));
+                for (const CourseRow& one : rows) json.push_back(one);
                 fs::create_directories(kept.parent_path(), ignored);
                 try {
                     io::write_whole(kept, json.dump(-1, ' ', false, Json::error_handler_t::replace));
@@ -223,7 +197,7 @@ std::string course_csv(std::span<const CourseRow> rows) {
         const auto figure = [counts](double value) { return counts ? value : none; };
         std::vector<io::CsvCell> cells = {row.learner,
                                           row.exercise,
-                                          static_cast<double>(row.level),
+                                          row.level,
                                           figure(row.attempt),
                                           row.file,
                                           figure(row.reached),
@@ -271,7 +245,7 @@ std::string course_page(std::span<const CourseRow> rows, const std::string& titl
         "</style></head><body>\n<header><h1>Course: {0}</h1><p class=\"about\">{2} learners, {3} exercises, "
         "{4} "
         "attempts{5}</p></header>",
-        escaped(title), page_style, cells.size(), exercises.size(), rows.size() - bad,
+        io::html_escaped(title), page_style, cells.size(), exercises.size(), rows.size() - bad,
         bad > 0 ? fmt::format(", {} that do not count", bad) : "");
     text +=
         "<h2>Learners and exercises</h2><p class=\"about\">Best points, below them the last attempt's, how "
@@ -279,11 +253,11 @@ std::string course_page(std::span<const CourseRow> rows, const std::string& titl
         "the attempts reached the target, and the shortest time.</p><div "
         "class=\"wide\"><table><thead><tr><th></th>";
     for (const auto& [key, count] : exercises)
-        text += fmt::format("<th>{}{}</th>", escaped(key.second),
+        text += fmt::format("<th>{}{}</th>", io::html_escaped(key.second),
                             key.first > 0 ? fmt::format("<br><small>level {}</small>", key.first) : "");
     text += "</tr></thead><tbody>";
     for (const auto& [learner, of] : cells) {
-        text += fmt::format("<tr><td>{}</td>", escaped(learner));
+        text += fmt::format("<tr><td>{}</td>", io::html_escaped(learner));
         for (const auto& [key, count] : exercises) {
             const auto cell = of.find(key.second);
             if (cell == of.end()) {
@@ -311,7 +285,7 @@ std::string course_page(std::span<const CourseRow> rows, const std::string& titl
     text += "<th>wrong branches</th></tr></thead><tbody>";
     for (const auto& [learner, kinds] : errors) {
         const double of = attempts[learner];
-        text += fmt::format("<tr><td>{}</td><td>{}</td>", escaped(learner), attempts[learner]);
+        text += fmt::format("<tr><td>{}</td><td>{}</td>", io::html_escaped(learner), attempts[learner]);
         for (const int count : kinds)
             text += fmt::format("<td{}>{:.2g}</td>", count / of >= 1 ? " class=\"worse\"" : "", count / of);
         text += fmt::format("<td>{:.2g}</td></tr>", wrong[learner] / of);
@@ -321,7 +295,8 @@ std::string course_page(std::span<const CourseRow> rows, const std::string& titl
         text += "<h2>Files that do not count</h2><ul>";
         for (const CourseRow& row : rows)
             if (!row.problem.empty())
-                text += fmt::format("<li>{}: {}</li>", escaped(row.file), escaped(row.problem));
+                text +=
+                    fmt::format("<li>{}: {}</li>", io::html_escaped(row.file), io::html_escaped(row.problem));
         text += "</ul>";
     }
     return io::as_utf8(text) + "</body></html>\n";

@@ -1,7 +1,6 @@
 #include "engine/debrief/page.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -131,7 +130,8 @@ std::string grade_table(const exercise::Grade& grade) {
                             number(line.yours, line.unit), number(line.par, line.unit),
                             line.cost > 0 ? " class=\"worse\"" : "",
                             line.cost > 0 ? fmt::format("&minus;{:.1f} of {:g}", line.cost, line.most) : "0");
-    return text + fmt::format("</tbody></table><p class=\"about\">{}</p>", escaped(exercise::grade_formula));
+    return text + fmt::format("</tbody></table><p class=\"about\">{}</p>",
+                              io::html_escaped(exercise::grade_formula));
 }
 
 std::string errors(const Story& story) {
@@ -145,7 +145,7 @@ std::string errors(const Story& story) {
             "<li id=\"row{0}\"><a href=\"#e{0}\"><b>{0}</b>{1}: {2}, from {3:.1f}&nbsp;s (frame {4}), in "
             "{5}</a></li>",
             k + 1, exercise::mishap_texts[kind], exercise::amount_text(mark), mark.start, mark.first,
-            escaped(mark.branch));
+            io::html_escaped(mark.branch));
     }
     return text + "</ol>";
 }
@@ -156,7 +156,7 @@ std::string wrong_ways(const Story& story) {
         text += fmt::format(
             "<p class=\"note\">The tip went into {} {} time{}, and was there for {:.1f}&nbsp;s: it does "
             "not lead to the target.</p>",
-            escaped(branch.name), branch.entries, branch.entries == 1 ? "" : "s", branch.seconds);
+            io::html_escaped(branch.name), branch.entries, branch.entries == 1 ? "" : "s", branch.seconds);
     return text;
 }
 
@@ -179,7 +179,7 @@ std::string pictures(const Story& story) {
         text += fmt::format(
             "<figure data-frame=\"{0}\"><img alt=\"frame {0}\" "
             "src=\"data:image/png;base64,{1}\"><figcaption>Frame {0}: {2}</figcaption></figure>",
-            frame.frame, base64(frame.png), escaped(frame.caption));
+            frame.frame, base64(frame.png), io::html_escaped(frame.caption));
     return text + "</div>";
 }
 
@@ -238,38 +238,11 @@ std::string curves(std::span<const Story> stories) {
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
-    std::string safe;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                safe += "&amp;";
-                break;
-            case '<':
-                safe += "&lt;";
-                break;
-            case '>':
-                safe += "&gt;";
-                break;
-            case '"':
-                safe += "&quot;";
-                break;
-            case '\'':
-                safe += "&#39;";
-                break;
-            default:
-                // Control characters have no place in HTML.
-                safe += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? ' ' : c;
-        }
-    }
-    return safe;
-}
-
 std::string page(std::span<const Story> stories, const Story* expert) {
     const Story& story = stories.back();
     const Story* before = stories.size() > 1 ? &stories[stories.size() - 2] : nullptr;
     const scenario::Par& par = story.scenario.lesson.par;
-    const std::string title = escaped(story.scenario.title);
+    const std::string title = io::html_escaped(story.scenario.title);
     std::string text = fmt::format(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
         "<meta name=\"viewport\" content=\"width=device-width\">"
@@ -279,9 +252,10 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         title, page_style);
     text += fmt::format(
         "<header><h1>{}</h1><p class=\"about\">Debriefing{}. Recording {}, scenario {}, {}.</p>", title,
-        story.origin.learner.empty() ? "" : " of " + escaped(story.origin.learner),
-        escaped(std::filesystem::path(story.file).filename().string()), escaped(story.scenario.name),
-        story.origin.program.empty() ? "program unknown" : escaped(story.origin.program));
+        story.origin.learner.empty() ? "" : " of " + io::html_escaped(story.origin.learner),
+        io::html_escaped(std::filesystem::path(story.file).filename().string()),
+        io::html_escaped(story.scenario.name),
+        story.origin.program.empty() ? "program unknown" : io::html_escaped(story.origin.program));
     text += "<div class=\"verdict\">";
     const exercise::Grade grade = exercise::grade(story.score, par);
     if (par.given())
@@ -298,9 +272,9 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         text += fmt::format(
             "<p class=\"note\">This recording does not lead to the states it states; it was edited, or "
             "made by another program: {}</p>",
-            escaped(story.differences.front()));
+            io::html_escaped(story.differences.front()));
     for (const std::string& notice : story.notices)
-        text += fmt::format("<p class=\"note\">{}</p>", escaped(notice));
+        text += fmt::format("<p class=\"note\">{}</p>", io::html_escaped(notice));
 
     if (par.given()) text += "<h2>Grade</h2>" + grade_table(grade);
     text += "\n<h2>Time line</h2><p class=\"legend\">";

@@ -9,9 +9,6 @@
 
 namespace debrief {
 
-/// Text as it may stand in HTML, in an attribute as well.
-std::string escaped(std::string_view);
-
 /// The page about the last story: grade, figures against par, the expert's and the earlier stories', a time
 /// line, the tip's way over the vessels from two sides, errors with their pictures, and, from two attempts
 /// on, the learning curve. There must be a story; all are of one exercise. `expert` may be null.

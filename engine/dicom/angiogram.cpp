@@ -404,8 +404,7 @@ void Angiogram::write(const std::filesystem::path& path) const {
     file.transferEnd();
     stream.consumer().rethrow();
     if (saved.bad())
-        throw io::InputError(
-            fmt::format("{}: the angiogram cannot be written: {}", path.string(), saved.text()));
+        throw io::InputError("{}: the angiogram cannot be written: {}", path.string(), saved.text());
     stream.consumer().put();
 }
 

@@ -1,7 +1,6 @@
 #include "engine/episode/episode.h"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <utility>
 #include <variant>
 
@@ -23,8 +22,8 @@ constexpr std::uint64_t mask_frames = std::uint64_t{1} << 40;
 
 void require_pixels(int pixels) {
     if (pixels < fewest_pixels || pixels > most_pixels)
-        throw io::InputError(fmt::format("an image of {} pixels; {} to {} along a side are accepted", pixels,
-                                         fewest_pixels, most_pixels));
+        throw io::InputError("an image of {} pixels; {} to {} along a side are accepted", pixels,
+                             fewest_pixels, most_pixels);
 }
 
 render::GrayImage filled(int pixels, const std::vector<std::uint32_t>& set) {
@@ -287,8 +286,8 @@ render::GrayImage Episode::image(int pixels, ImageMode mode, std::optional<std::
     if (mode == ImageMode::Screen && exercise_.monitor()) {
         render::GrayImage shown = exercise_.image();
         if (pixels != shown.width)
-            throw io::InputError(fmt::format("the screen in {} pixels was asked for; it has {} along a side",
-                                             pixels, shown.width));
+            throw io::InputError("the screen in {} pixels was asked for; it has {} along a side", pixels,
+                                 shown.width);
         return shown;
     }
     return camera().image(simulation(), exercise_.time(), arm(pixels), mode, seed);
@@ -390,9 +389,7 @@ std::span<const ListField> list_fields() {
 }
 
 script::Command parse_line(const std::string& line) {
-    const auto refuse = [&line](const std::string& why) {
-        throw io::InputError(fmt::format("'{}': {}", line, why));
-    };
+    const auto refuse = [&line](const std::string& why) { throw io::InputError("'{}': {}", line, why); };
     if (line.find_first_of("\r\n") != std::string::npos) refuse("one line is accepted");
     script::CommandScript script;
     try {

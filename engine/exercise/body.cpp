@@ -6,11 +6,13 @@
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "engine/anatomy/shared_store.h"
 #include "engine/io/mapped_file.h"
 #include "physics/geometry/hash.h"
+#include "physics/geometry/state.h"
 #include "render/patient/patient.h"
 #include "render/xray/path_length.h"
 
@@ -72,7 +74,7 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
 }
 
 /// To be raised whenever the same PatientSpec gives another body, or the layout of a kept one changes.
-constexpr std::uint64_t body_version = 1;
+constexpr std::uint64_t body_version = 2;
 
 /// Covers all that a body is made from.
 std::uint64_t key_of(const render::PatientSpec& spec) {
@@ -96,79 +98,61 @@ std::string file_name(std::uint64_t key) {
     return fmt::format("body-{:016x}.bin", key);
 }
 
-/// The beginning of a kept body; its layers follow.
+struct KeptLump {
+    render::Lump lump;
+    void state(geometry::StateStream& s) {
+        s(lump.middle, lump.axis, lump.radius, lump.elongation, lump.share);
+    }
+};
+
+/// A body as it is kept.
+struct KeptBody {
+    Body& body;
+
+    void state(geometry::StateStream& s) {
+        std::uint64_t layers = body.layers.size();
+        s(body.origin, layers);
+        if (s.restores())
+            body.layers.resize(std::min<std::uint64_t>(layers, 1000));  // far more than there are
+        for (render::TissueLayer& layer : body.layers) {
+            std::vector<Eigen::Vector3i> corners;
+            std::vector<KeptLump> lumps;
+            for (const auto& t : layer.mesh.triangles) corners.emplace_back(t[0], t[1], t[2]);
+            for (const render::Lump& lump : layer.lumps) lumps.push_back({lump});
+            s(layer.name, layer.material, layer.inside, layer.mesh.vertices, corners, lumps);
+            if (!s.restores()) continue;
+            for (const Eigen::Vector3i& c : corners) layer.mesh.triangles.push_back({c[0], c[1], c[2]});
+            for (const KeptLump& kept : lumps) layer.lumps.push_back(kept.lump);
+            layer.closed = true;
+        }
+    }
+    /// Whether materials and corners are some that there are.
+    bool sound() const {
+        return std::ranges::all_of(body.layers, [](const render::TissueLayer& layer) {
+            const auto known = [](render::Material material) {
+                return static_cast<int>(material) >= 0 && static_cast<int>(material) < render::material_count;
+            };
+            const auto there = [&](const std::array<int, 3>& t) {
+                return std::ranges::all_of(t, [&](int corner) {
+                    return corner >= 0 && corner < static_cast<int>(layer.mesh.vertices.size());
+                });
+            };
+            return known(layer.material) && known(layer.inside) &&
+                   std::ranges::all_of(layer.mesh.triangles, there);
+        });
+    }
+};
+
+/// What stands before the state of a kept body: whose it is, and its hash.
 struct BodyHead {
     char magic[8] = {'S', 'E', 'L', 'D', 'B', 'O', 'D', 'Y'};
-    std::uint64_t key = 0, size = 0, hash = 0, layers = 0;  // size and hash: of what follows
-    double origin[3] = {};
+    std::uint64_t key = 0, hash = 0;
 };
-/// The beginning of a layer. Name, vertices, triangles and lumps follow, each from a multiple of 8 bytes on.
-struct LayerHead {
-    std::uint64_t name = 0, vertices = 0, triangles = 0, lumps = 0;  // how many of each
-    std::int32_t material = 0, inside = 0;
-};
-/// render::Lump as its numbers.
-struct KeptLump {
-    float middle[3], axis[3], radius, elongation, share;
-};
-static_assert(sizeof(geometry::Vec3) == 3 * sizeof(double) && sizeof(std::array<int, 3>) == 12);
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
     geometry::Hash hash;
     hash.add(bytes.data(), bytes.size());
     return hash.value();
-}
-
-/// Takes values from bytes, one list after the other; false where there are fewer.
-class Taking {
-public:
-    explicit Taking(std::span<const std::byte> bytes) : left_(bytes) {}
-    template <class Value>
-    bool operator()(Value* to, std::uint64_t count) {
-        if (count > left_.size() / sizeof(Value)) return false;
-        const std::size_t size = static_cast<std::size_t>(count) * sizeof(Value);
-        if (size > 0) std::memcpy(static_cast<void*>(to), left_.data(), size);
-        left_ = left_.subspan(std::min((size + 7) / 8 * 8, left_.size()));
-        return true;
-    }
-    /// Whether so many values are there, before memory is taken for them.
-    template <class Value>
-    bool has(std::uint64_t count) const {
-        return count <= left_.size() / sizeof(Value);
-    }
-    bool done() const { return left_.empty(); }
-
-private:
-    std::span<const std::byte> left_;
-};
-
-bool take_layer(Taking& take, render::TissueLayer& layer) {
-    LayerHead head;
-    if (!take(&head, 1)) return false;
-    for (const std::int32_t material : {head.material, head.inside})
-        if (material < 0 || material > static_cast<int>(render::Material::CaesiumIodide)) return false;
-    layer.material = static_cast<render::Material>(head.material);
-    layer.inside = static_cast<render::Material>(head.inside);
-    if (!take.has<char>(head.name)) return false;
-    layer.name.resize(static_cast<std::size_t>(head.name));
-    if (!take(layer.name.data(), head.name) || !take.has<geometry::Vec3>(head.vertices)) return false;
-    layer.mesh.vertices.resize(static_cast<std::size_t>(head.vertices));
-    if (!take(layer.mesh.vertices.data(), head.vertices) || !take.has<std::array<int, 3>>(head.triangles))
-        return false;
-    layer.mesh.triangles.resize(static_cast<std::size_t>(head.triangles));
-    if (!take(layer.mesh.triangles.data(), head.triangles) || !take.has<KeptLump>(head.lumps)) return false;
-    const auto count = static_cast<std::int64_t>(head.vertices);
-    for (const auto& triangle : layer.mesh.triangles)
-        for (const int corner : triangle)
-            if (corner < 0 || corner >= count) return false;
-    std::vector<KeptLump> lumps(static_cast<std::size_t>(head.lumps));
-    if (!take(lumps.data(), head.lumps)) return false;
-    layer.lumps.reserve(lumps.size());
-    for (const KeptLump& lump : lumps)
-        layer.lumps.push_back({Eigen::Vector3f(lump.middle), Eigen::Vector3f(lump.axis), lump.radius,
-                               lump.elongation, lump.share});
-    layer.closed = true;
-    return true;
 }
 
 std::shared_ptr<const Body> kept(const anatomy::CachePlace& place, std::uint64_t key) {
@@ -185,55 +169,31 @@ std::shared_ptr<const render::MeteredLayers> metered(std::shared_ptr<const Body>
 }
 
 std::string bytes_of(const Body& body, std::uint64_t key) {
-    std::string bytes;
-    const auto give = [&bytes](const auto* values, std::size_t count) {
-        bytes.append(reinterpret_cast<const char*>(values), count * sizeof *values);
-        bytes.resize((bytes.size() + 7) / 8 * 8);
-    };
+    // Writing a state changes nothing.
+    const std::vector<std::byte> state = geometry::state_of(KeptBody{const_cast<Body&>(body)});
     BodyHead head;
     head.key = key;
-    head.layers = body.layers.size();
-    for (int k = 0; k < 3; ++k) head.origin[k] = body.origin[k];
-    give(&head, 1);
-    for (const render::TissueLayer& layer : body.layers) {
-        const LayerHead own{layer.name.size(),
-                            layer.mesh.vertices.size(),
-                            layer.mesh.triangles.size(),
-                            layer.lumps.size(),
-                            static_cast<std::int32_t>(layer.material),
-                            static_cast<std::int32_t>(layer.inside)};
-        give(&own, 1);
-        give(layer.name.data(), layer.name.size());
-        give(layer.mesh.vertices.data(), layer.mesh.vertices.size());
-        give(layer.mesh.triangles.data(), layer.mesh.triangles.size());
-        std::vector<KeptLump> lumps;
-        for (const render::Lump& lump : layer.lumps) {
-            KeptLump& one = lumps.emplace_back(KeptLump{{}, {}, lump.radius, lump.elongation, lump.share});
-            for (int k = 0; k < 3; ++k) one.middle[k] = lump.middle[k], one.axis[k] = lump.axis[k];
-        }
-        give(lumps.data(), lumps.size());
-    }
-    const std::size_t start = offsetof(BodyHead, layers);
-    head.size = bytes.size() - start;
-    head.hash = hash_of(std::as_bytes(std::span(bytes)).subspan(start));
-    std::memcpy(bytes.data(), &head, sizeof head);
-    return bytes;
+    head.hash = hash_of(state);
+    std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
+    return bytes.append(reinterpret_cast<const char*>(state.data()), state.size());
 }
 
 std::shared_ptr<const Body> body_of(std::span<const std::byte> bytes, std::uint64_t key) {
     BodyHead head;
-    const std::size_t start = offsetof(BodyHead, layers);
     if (bytes.size() < sizeof head) return nullptr;
     std::memcpy(&head, bytes.data(), sizeof head);
+    bytes = bytes.subspan(sizeof head);
     if (std::memcmp(head.magic, BodyHead().magic, sizeof head.magic) != 0 || head.key != key ||
-        head.size != bytes.size() - start || head.hash != hash_of(bytes.subspan(start)))
+        head.hash != hash_of(bytes))
         return nullptr;
     const auto body = std::make_shared<Body>();
-    body->origin = geometry::Vec3(head.origin);
-    Taking take(bytes.subspan(sizeof head));
-    for (std::uint64_t layer = 0; layer < head.layers; ++layer)
-        if (!take_layer(take, body->layers.emplace_back())) return nullptr;
-    if (!take.done()) return nullptr;
+    KeptBody kept{*body};
+    try {
+        geometry::restore_state(kept, bytes);
+    } catch (const std::runtime_error&) {
+        return nullptr;
+    }
+    if (!kept.sound()) return nullptr;
     body->metered.emplace(body->layers);
     return body;
 }

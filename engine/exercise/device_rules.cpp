@@ -35,12 +35,12 @@ scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scen
     scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
     if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
     if (device.kind != scenario::DeviceKind::Wire)
-        throw io::InputError(fmt::format("'{}' is a catheter; a wire is accepted", name));
+        throw io::InputError("'{}' is a catheter; a wire is accepted", name);
     const double lumen = scenario.devices.at(1).device.inner_diameter;
     if (device.outer_diameter >= lumen)
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; a thinner wire is accepted", name,
-            device.outer_diameter, lumen));
+            device.outer_diameter, lumen);
     return device;
 }
 

@@ -12,8 +12,7 @@ constexpr double wrong_entry = 5, mishap = 4;  // points each
 const char* const grade_formula =
     "100 points less what each line costs. Time, beam, contrast and travel cost nothing up to their par and "
     "most · (yours / par - 1) above it: at most 25, 25, 10 and 10 points. Each entry into a wrong branch "
-    "costs "
-    "5 points, 10 at most; each error of handling costs 4, 20 at most. Without the target there are no "
+    "costs 5 points, 10 at most; each error of handling costs 4, 20 at most. Without the target there are no "
     "points.";
 
 Grade grade(const Score& score, const scenario::Par& par) {

@@ -1,9 +1,7 @@
 #include "engine/exercise/handling.h"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <utility>
 
 #include "engine/anatomy/anatomy.h"

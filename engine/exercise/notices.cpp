@@ -91,20 +91,12 @@ void Notices::observe(const Frame& frame) {
 
 std::vector<std::string> Notices::text() const {
     std::vector<std::string> result;
-    if (stopped_withdrawals_ > 0) {
-        result.push_back(
-            fmt::format("withdrawal stopped at the introducer in {}", frames(stopped_withdrawals_)));
-    }
-    if (stopped_insertions_ > 0) {
-        result.push_back(fmt::format("insertion stopped in {}: the tip stood in an open end",
-                                     frames(stopped_insertions_)));
-    }
-    if (used_up_ > 0) {
-        result.push_back(
-            fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
-                        "another length_mm",
-                        frames(used_up_)));
-    }
+    const auto in_frames = [&](int count, fmt::format_string<std::string> text) {
+        if (count > 0) result.push_back(fmt::format(text, frames(count)));
+    };
+    in_frames(stopped_withdrawals_, "withdrawal stopped at the introducer in {}");
+    in_frames(stopped_insertions_, "insertion stopped in {}: the tip stood in an open end");
+    in_frames(used_up_, "insertion stopped in {}: the whole wire was in; a longer one has another length_mm");
     if (unseen_.frames > 0) {
         result.push_back(fmt::format(
             "{} in {}{}: in frame {} {} would have brought the tip to the middle; the C-arm's angle and a "
@@ -114,67 +106,45 @@ std::vector<std::string> Notices::text() const {
             frames(unseen_.frames), unseen_.episodes > 1 ? fmt::format(", {} times", unseen_.episodes) : "",
             unseen_.first, unseen_.remedy));
     }
-    if (kinked_ > 0) {
-        result.push_back(
-            fmt::format("the wire was bent by more than 60 degrees at one joint in {}: "
-                        "shorter segments or a stiffer wire would follow",
-                        frames(kinked_)));
-    }
-    if (settling_ > 0) {
-        result.push_back(
-            fmt::format("the wire was on its way at the end of {}, as in a snap: they show it where it was "
-                        "last at rest; more [relaxer] updates_per_frame would let it arrive",
-                        frames(settling_)));
-    }
+    in_frames(kinked_,
+              "the wire was bent by more than 60 degrees at one joint in {}: shorter segments or a stiffer "
+              "wire would follow");
+    in_frames(settling_,
+              "the wire was on its way at the end of {}, as in a snap: they show it where it was last at "
+              "rest; more [relaxer] updates_per_frame would let it arrive");
     if (late_ > 0) {
         result.push_back(
             fmt::format("the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
                         "waited for the wire to come to rest",
                         frames(late_), most_waiting_));
     }
-    if (buckled_ > 0) {
-        result.push_back(fmt::format(
-            "a push was not passed on in {}: it asked for more than the shaft outside bears before it bows",
-            frames(buckled_)));
-    }
-    if (refused_ > 0) {
-        result.push_back(fmt::format(
-            "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused_)));
-    }
-    if (too_thick_ > 0) {
-        result.push_back(
-            fmt::format("a catheter stopped in {}: the vessel before its tip is narrower than it is",
-                        frames(too_thick_)));
-    }
+    in_frames(
+        buckled_,
+        "a push was not passed on in {}: it asked for more than the shaft outside bears before it bows");
+    in_frames(refused_, "a motion was not made in {}: it led to no rest that the wire could be in");
+    in_frames(too_thick_, "a catheter stopped in {}: the vessel before its tip is narrower than it is");
     if (limited_doses_ > 0) {
-        result.push_back(fmt::format(
-            "the detector's dose was limited to {:g} nGy in {}: magnification asked for more than any "
-            "detector takes; a lower [imaging] dose would follow the field",
-            render::largest_detector_dose, frames(limited_doses_)));
+        result.push_back(
+            fmt::format("the detector's dose was limited to {:g} nGy in {}: magnification asked for more "
+                        "than any detector takes; a lower [imaging] dose would follow the field",
+                        render::largest_detector_dose, frames(limited_doses_)));
     }
     for (const std::string& text : denied_) result.push_back(text);
     for (const std::string& text : mask_shifts_) result.push_back(text);
     if (more_mask_shifts_ > 0) result.push_back(fmt::format("... and {} more shifts", more_mask_shifts_));
     if (gasps_ > 0)
         result.push_back(
-            fmt::format("the patient had to breathe {} before the breath was freed; [motion] "
-                        "breath_hold_s is how long he can hold it",
+            fmt::format("the patient had to breathe {} before the breath was freed; [motion] breath_hold_s "
+                        "is how long he can hold it",
                         gasps_ == 1 ? "once" : fmt::format("{} times", gasps_)));
-    if (flat_ > 0) {
-        result.push_back(
-            fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
-                        frames(flat_)));
-    }
-    if (restless_ > 0) {
-        result.push_back(
-            fmt::format("the wire had not come to rest at the end of {}: a mesh's planes jump between its "
-                        "triangles, which a distance field does not",
-                        frames(restless_)));
-    }
+    in_frames(flat_, "the wire rested at a flat minimum or a saddle in {}: another rest may be as near");
+    in_frames(restless_,
+              "the wire had not come to rest at the end of {}: a mesh's planes jump between its triangles, "
+              "which a distance field does not");
     if (crossed_ > 0) {
         result.push_back(
-            fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of "
-                        "{}; shorter segments follow the wall closer",
+            fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of {}; "
+                        "shorter segments follow the wall closer",
                         deepest_crossing_, frames(crossed_)));
     }
     return result;

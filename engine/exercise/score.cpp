@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "engine/anatomy/vessel_ways.h"
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/smoothness.h"
-#include "physics/geometry/vec.h"
 
 namespace exercise {
 

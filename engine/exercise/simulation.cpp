@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <optional>
 #include <utility>
 
 #include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
-#include "engine/exercise/lumen_flow.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
@@ -212,14 +210,12 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     if (const auto wrong = scenario::problems(changed); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
     if (!std::isfinite(tuning.wall_stiffness) || tuning.wall_stiffness <= 0)
-        throw io::InputError(
-            fmt::format("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness));
+        throw io::InputError("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness);
     static_cast<void>(scenario::entry_of(changed, *anatomy_));  // for a later reset
     const double length = wire_.inserted_length(), least = physics::least_length({changed.segment_length});
     if (length < least)
         throw io::InputError(
-            fmt::format("{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted",
-                        length, least));
+            "{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted", length, least);
 
     const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
     std::shared_ptr<const physics::LumenWall> wall;
@@ -262,15 +258,9 @@ struct Simulation::Apply {
         at.contrast_->inject(injection(c));
     }
     void operator()(const script::Reset&) const { at.reset(); }
-    void operator()(const script::MoveArm& c) const { at.console_.apply(c); }
-    void operator()(const script::Beam& c) const { at.console_.apply(c); }
-    void operator()(const script::SetMode& c) const { at.console_.apply(c); }
-    void operator()(const script::SetPulseRate& c) const { at.console_.apply(c); }
-    void operator()(const script::NewMask& c) const { at.console_.apply(c); }
-    void operator()(const script::Collimate& c) const { at.console_.apply(c); }
-    void operator()(const script::MoveTable& c) const { at.console_.apply(c); }
-    void operator()(const script::StoreReference& c) const { at.console_.apply(c); }
-    void operator()(const script::ShiftMask& c) const { at.console_.apply(c); }
+    template <class Other>
+    requires requires(Console& console, const Other& c) { console.apply(c); }
+    void operator()(const Other& c) const { at.console_.apply(c); }
     void operator()(const script::Breathe& c) const { at.breathing_.ask(c.hold); }
 };
 

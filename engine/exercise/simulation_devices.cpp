@@ -10,7 +10,6 @@
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/lumen_flow.h"
 #include "engine/exercise/simulation.h"
-#include "physics/wire/energy.h"
 
 namespace exercise {
 

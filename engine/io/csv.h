@@ -6,6 +6,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -13,7 +15,15 @@
 
 namespace io {
 
-using CsvCell = std::variant<std::string, double>;
+/// A word or a number, made of any text or number.
+struct CsvCell : std::variant<std::string, double> {
+    CsvCell() = default;  // an empty word
+    CsvCell(std::string word) : variant(std::move(word)) {}
+    CsvCell(std::string_view word) : variant(std::string(word)) {}
+    CsvCell(const char* word) : variant(std::string(word)) {}
+    template <class Number>
+    requires std::is_arithmetic_v<Number> CsvCell(Number number) : variant(static_cast<double>(number)) {}
+};
 
 /// Appends a line of RFC 4180 with LF: words with commas, quotes or line ends are quoted. A
 /// word that begins with = + - @, which a spreadsheet would take for a formula, gets an apostrophe in front.

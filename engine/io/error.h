@@ -1,8 +1,10 @@
 #pragma once
 /// Errors of the outside world: files, folders, arguments. A caller's bug is an assert, never one of these.
 
+#include <fmt/format.h>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace io {
 
@@ -15,6 +17,9 @@ std::string printable(const std::string&);
 class InputError : public std::runtime_error {
 public:
     explicit InputError(const std::string& what) : std::runtime_error(printable(what)) {}
+    template <class First, class... Others>
+    InputError(fmt::format_string<First, Others...> what, First&& first, Others&&... others)
+        : InputError(fmt::format(what, std::forward<First>(first), std::forward<Others>(others)...)) {}
 };
 
 /// A place in a text written by a person; line and column count from 1, 0 = not known.

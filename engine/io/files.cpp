@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, int reason) {
-    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(reason)));
+    throw InputError("{}: cannot be written: {}", path.string(), std::strerror(reason));
 }
 
 /// Returns zero, or the system's error number.
@@ -121,10 +121,10 @@ std::string temporary_folder_named() {
 void require_no_device(const fs::path& path) {
     struct stat found {};
     if (::stat(path.c_str(), &found) != 0 || S_ISREG(found.st_mode) || S_ISDIR(found.st_mode)) return;
-    throw InputError(fmt::format("{}: is a {}; a regular file is accepted", path.string(),
-                                 S_ISFIFO(found.st_mode)   ? "FIFO"
-                                 : S_ISSOCK(found.st_mode) ? "socket"
-                                                           : "device"));
+    throw InputError("{}: is a {}; a regular file is accepted", path.string(),
+                     S_ISFIFO(found.st_mode)   ? "FIFO"
+                     : S_ISSOCK(found.st_mode) ? "socket"
+                                               : "device");
 }
 
 std::ifstream open_to_read(const fs::path& path, std::string_view what, std::string_view accepted) {
@@ -132,8 +132,7 @@ std::ifstream open_to_read(const fs::path& path, std::string_view what, std::str
     std::error_code ignored;
     std::ifstream stream;
     if (fs::is_regular_file(path, ignored)) stream.open(path, std::ios::binary);
-    if (!stream.is_open())
-        throw InputError(fmt::format("{}: no such {} can be read; {}", path.string(), what, accepted));
+    if (!stream.is_open()) throw InputError("{}: no such {} can be read; {}", path.string(), what, accepted);
     return stream;
 }
 
@@ -142,9 +141,9 @@ std::string read_text(const fs::path& path, std::string_view what, std::string_v
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(path, failed);
     if (failed || size > largest_text)
-        throw InputError(fmt::format("{}: {:.3g} million bytes were found; up to {:.0f} million are accepted",
-                                     path.string(), 1e-6 * static_cast<double>(failed ? 0 : size),
-                                     1e-6 * static_cast<double>(largest_text)));
+        throw InputError("{}: {:.3g} million bytes were found; up to {:.0f} million are accepted",
+                         path.string(), 1e-6 * static_cast<double>(failed ? 0 : size),
+                         1e-6 * static_cast<double>(largest_text));
     std::string text(size, '\0');
     stream.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(stream.gcount()));
@@ -245,9 +244,9 @@ GrowingFile::GrowingFile(const std::filesystem::path& path)
     const int why = errno;
     ::close(descriptor_);
     if (!other) refuse(path_, why);
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: another process is writing it; another file is accepted, or this one when that has ended",
-        path_.string()));
+        path_.string());
 }
 
 GrowingFile::~GrowingFile() {
@@ -289,11 +288,10 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
         drop_unfinished(path_);
     }
     throw InputError(
-        fmt::format("{}: a folder for temporary files cannot be made: {}; a folder that can be written, "
-                    "named by TMPDIR, is "
-                    "accepted",
-                    folder.empty() ? temporary_folder_named() : folder.string(),
-                    failed ? failed.message() : "something is in its place"));
+        "{}: a folder for temporary files cannot be made: {}; a folder that can be written, named by TMPDIR, "
+        "is accepted",
+        folder.empty() ? temporary_folder_named() : folder.string(),
+        failed ? failed.message() : "something is in its place");
 }
 
 ScratchFolder::~ScratchFolder() {
@@ -355,7 +353,7 @@ std::optional<long> LockFile::owner(const fs::path& path) {
 OwnFolder::OwnFolder(const fs::path& path, const std::string& name) : path_(path) {
     const auto refuse_folder = [&](const std::string& why) {
         remove_empty();
-        throw InputError(fmt::format("{}: {}", path_.string(), why));
+        throw InputError("{}: {}", path_.string(), why);
     };
     if (path.empty()) throw InputError("an output folder without a name was found; a folder is accepted");
     std::error_code error;
@@ -405,10 +403,10 @@ void OwnFolder::make(const fs::path& inner) {
         add_empty_folder(folder);
     }
     if (fs::is_directory(folder, error)) return;
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: cannot be written: the output folder cannot be made: {}; a folder that can be written is "
         "accepted",
-        folder.string(), error ? error.message() : "a file is in its place"));
+        folder.string(), error ? error.message() : "a file is in its place");
 }
 
 void OwnFolder::keep() {

@@ -1,7 +1,6 @@
 #include "engine/io/outputs.h"
 
 #include <algorithm>
-#include <fmt/format.h>
 
 #include "engine/io/error.h"
 
@@ -52,13 +51,12 @@ void require_distinct(std::span<const Output> outputs, std::span<const fs::path>
         const auto& [option, file] = outputs[i];
         for (const fs::path& input : inputs)
             if (same_file(file, input) || is_found_below(file, input))
-                throw InputError(fmt::format("{}: {} would overwrite what is read; another file is accepted",
-                                             option, file.string()));
+                throw InputError("{}: {} would overwrite what is read; another file is accepted", option,
+                                 file.string());
         for (std::size_t j = 0; j < i; ++j)
             if (same_file(file, outputs[j].file))
-                throw InputError(
-                    fmt::format("{}: {} would be written twice, by {} too; another file is accepted", option,
-                                file.string(), outputs[j].option));
+                throw InputError("{}: {} would be written twice, by {} too; another file is accepted", option,
+                                 file.string(), outputs[j].option);
     }
 }
 

@@ -11,6 +11,11 @@ struct Plot {
     std::string commands;           // gnuplot's, without terminal and output; run once for each format
     int width = 900, height = 600;  // [pixels]
     std::string caption = {};       // a sentence or two on what it shows, for a page
+
+    /// Adds a curve to the "plot " that the commands end with.
+    void curve(const std::string& text) {
+        commands += (commands.ends_with("plot ") ? "" : ", \\\n     ") + text;
+    }
 };
 
 /// The script as written to the file: readers can change it and run `gnuplot NAME.gp` in its folder.

@@ -1,7 +1,5 @@
 #include "engine/io/shard.h"
 
-#include <fmt/format.h>
-
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 
@@ -15,8 +13,7 @@ Shard parse_shard(std::string_view text) {
         if (index && count && *index >= 1 && *index <= *count && *count <= most_shards)
             return {*index, *count};
     }
-    throw InputError(
-        fmt::format("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, most_shards));
+    throw InputError("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, most_shards);
 }
 
 }  // namespace io

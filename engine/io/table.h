@@ -14,7 +14,7 @@ using TableCell = CsvCell;
 struct Table {
     std::string name;                  // of the file, without .csv
     std::vector<std::string> columns;  // numbers carry their unit: energy_N_mm
-    std::vector<std::vector<TableCell>> rows;
+    std::vector<std::vector<TableCell>> rows = {};
 
     /// Adds a row; it must have as many cells as there are columns (asserted).
     void add(std::vector<TableCell>);

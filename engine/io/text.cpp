@@ -102,6 +102,26 @@ std::string without_control(std::string_view text) {
     return shown;
 }
 
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return result;
+}
+
+std::string html_escaped(std::string_view text) {
+    constexpr std::pair<char, const char*> marks[] = {
+        {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}};
+    std::string safe;
+    for (const char c : text) {
+        const auto* const mark = std::ranges::find(marks, c, &std::pair<char, const char*>::first);
+        if (mark != std::end(marks))
+            safe += mark->second;
+        else
+            safe += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? ' ' : c;
+    }
+    return safe;
+}
+
 std::string file_name_of(std::string_view text) {
     std::string name;
     for (const char c : text) {
@@ -198,6 +218,26 @@ std::string nearest_word(std::string_view written, std::span<const std::string_v
 std::string suggestion(std::string_view written, std::span<const std::string_view> accepted) {
     const std::string near = nearest_word(written, accepted);
     return near.empty() ? "" : " (is '" + near + "' meant?)";
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+    std::vector<std::string_view> parts;
+    for (std::size_t end; (end = text.find(separator)) != std::string_view::npos;) {
+        parts.push_back(text.substr(0, end));
+        text.remove_prefix(end + 1);
+    }
+    parts.push_back(text);
+    return parts;
+}
+
+std::vector<std::string_view> words_of(std::string_view text) {
+    constexpr std::string_view blanks = " \t";
+    std::vector<std::string_view> words;
+    for (std::size_t end = 0, at; (at = text.find_first_not_of(blanks, end)) < text.size();) {
+        end = std::min(text.find_first_of(blanks, at), text.size());
+        words.push_back(text.substr(at, end - at));
+    }
+    return words;
 }
 
 std::string joined(std::span<const std::string_view> words, std::string_view separator) {

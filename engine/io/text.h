@@ -32,6 +32,12 @@ std::string as_utf8(std::string_view);
 /// on the terminal that shows it.
 std::string without_control(std::string_view);
 
+/// The text as HTML shows it, in content and in attributes; spaces stand for control characters.
+std::string html_escaped(std::string_view);
+
+/// The text with a to z in place of A to Z.
+std::string lower_case(std::string_view);
+
 /// The text as a part of a file's name, unlike that of any other text: what some file systems or shells do
 /// not take in a name, and a dot at the start, is written as %XX.
 std::string file_name_of(std::string_view);
@@ -44,6 +50,11 @@ std::string nearest_word(std::string_view written, std::span<const std::string_v
 
 /// " (is 'word' meant?)", to follow the word written; empty when no accepted word is near.
 std::string suggestion(std::string_view written, std::span<const std::string_view> accepted);
+
+/// The parts between separators; empty ones count.
+std::vector<std::string_view> split(std::string_view text, char separator);
+/// The words between blanks.
+std::vector<std::string_view> words_of(std::string_view text);
 
 /// "a, b, c".
 std::string joined(std::span<const std::string_view> words, std::string_view separator = ", ");

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,7 +14,7 @@ namespace patient {
 namespace fs = std::filesystem;
 
 void refuse_ct(const fs::path& path, const std::string& found, const std::string& accepted) {
-    throw io::InputError(fmt::format("{}: {}; {}", path.string(), found, accepted));
+    throw io::InputError("{}: {}; {}", path.string(), found, accepted);
 }
 
 void require_usable(const fs::path& path, const render::VolumeGrid& grid) {
@@ -151,78 +149,27 @@ bool is_gzip(const fs::path& path) {
     return file.read(magic, 2) && magic[0] == '\x1f' && magic[1] == '\x8b';
 }
 
-std::size_t bytes_of(SampleType type) {
-    constexpr std::size_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
-    return bytes[static_cast<int>(type)];
-}
-
-namespace {
-
-template <class Number>
-bool convert(const std::vector<char>& bytes, bool swapped, Rescale rescale, std::int16_t* to,
-             std::size_t count) {
-    std::array<char, sizeof(Number)> one;
-    for (std::size_t i = 0; i < count; ++i) {
-        std::memcpy(one.data(), bytes.data() + i * sizeof(Number), sizeof(Number));
-        if (swapped) std::reverse(one.begin(), one.end());
-        const auto hu =
-            as_hu(rescale.slope * static_cast<double>(std::bit_cast<Number>(one)) + rescale.intercept);
-        if (!hu) return false;
-        to[i] = *hu;
-    }
-    return true;
-}
-
-}  // namespace
-
 std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path, std::size_t count,
-                                       SampleType type, bool swapped, Rescale rescale,
+                                       io::NumberType type, bool big_endian, Rescale rescale,
                                        const Progress& progress) {
-    source.require(static_cast<double>(count) * static_cast<double>(bytes_of(type)));
+    source.require(static_cast<double>(count) * static_cast<double>(io::size_of(type)));
     std::vector<std::int16_t> hu(count);
     constexpr std::size_t together = 1 << 20;
     std::vector<char> bytes;
     for (std::size_t first = 0; first < count; first += together) {
         if (progress) progress(static_cast<double>(first) / static_cast<double>(count), "reading the CT");
         const std::size_t some = std::min(together, count - first);
-        bytes.resize(some * bytes_of(type));
+        bytes.resize(some * io::size_of(type));
         source.read(bytes.data(), bytes.size());
-        const auto as = [&]<class Number>(Number) {
-            return convert<Number>(bytes, swapped, rescale, hu.data() + first, some);
-        };
-        bool finite = false;
-        switch (type) {
-            case SampleType::Int8:
-                finite = as(std::int8_t{});
-                break;
-            case SampleType::UInt8:
-                finite = as(std::uint8_t{});
-                break;
-            case SampleType::Int16:
-                finite = as(std::int16_t{});
-                break;
-            case SampleType::UInt16:
-                finite = as(std::uint16_t{});
-                break;
-            case SampleType::Int32:
-                finite = as(std::int32_t{});
-                break;
-            case SampleType::UInt32:
-                finite = as(std::uint32_t{});
-                break;
-            case SampleType::Int64:
-                finite = as(std::int64_t{});
-                break;
-            case SampleType::UInt64:
-                finite = as(std::uint64_t{});
-                break;
-            case SampleType::Float:
-                finite = as(float{});
-                break;
-            case SampleType::Double:
-                finite = as(double{});
-                break;
-        }
+        const bool finite = io::with_stored_type(type, [&]<class Stored>(Stored) {
+            for (std::size_t i = 0; i < some; ++i) {
+                const auto number = io::stored_number<Stored>(bytes.data() + i * sizeof(Stored), big_endian);
+                const auto sample = as_hu(rescale.slope * static_cast<double>(number) + rescale.intercept);
+                if (!sample) return false;
+                hu[first + i] = *sample;
+            }
+            return true;
+        });
         if (!finite)
             refuse_ct(path,
                       fmt::format("a value that is not finite was found among samples {} to {}", first,

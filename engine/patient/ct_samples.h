@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/io/number_type.h"
 #include "engine/patient/ct_image.h"
 
 namespace patient {
@@ -61,9 +62,6 @@ private:
 /// True when the file begins as gzip does.
 bool is_gzip(const std::filesystem::path&);
 
-enum class SampleType { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float, Double };
-std::size_t bytes_of(SampleType);
-
 /// How stored numbers become Hounsfield units.
 struct Rescale {
     double slope = 1.0, intercept = 0.0;
@@ -71,7 +69,7 @@ struct Rescale {
 
 /// The next `count` numbers of the source. Throws InputError when they end before, or one is not finite.
 std::vector<std::int16_t> read_samples(ByteSource&, const std::filesystem::path&, std::size_t count,
-                                       SampleType, bool swapped, Rescale, const Progress&);
+                                       io::NumberType, bool big_endian, Rescale, const Progress&);
 /// Clamped and rounded; empty when it is not finite.
 inline std::optional<std::int16_t> as_hu(double value) {
     if (!(value > -1e300 && value < 1e300)) return std::nullopt;

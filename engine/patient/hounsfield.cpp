@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "engine/patient/ct_image.h"
-
 namespace patient {
 
 using render::Material;

@@ -1,9 +1,10 @@
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 #include <memory>
 #include <nifti2_io.h>
-#include <variant>
 
 #include "engine/patient/ct_samples.h"
 
@@ -12,31 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::optional<SampleType> sample_type(int datatype) {
-    switch (datatype) {
-        case DT_INT8:
-            return SampleType::Int8;
-        case DT_UINT8:
-            return SampleType::UInt8;
-        case DT_INT16:
-            return SampleType::Int16;
-        case DT_UINT16:
-            return SampleType::UInt16;
-        case DT_INT32:
-            return SampleType::Int32;
-        case DT_UINT32:
-            return SampleType::UInt32;
-        case DT_INT64:
-            return SampleType::Int64;
-        case DT_UINT64:
-            return SampleType::UInt64;
-        case DT_FLOAT32:
-            return SampleType::Float;
-        case DT_FLOAT64:
-            return SampleType::Double;
-        default:
-            return std::nullopt;
-    }
+std::optional<io::NumberType> sample_type(int datatype) {
+    constexpr int of_types[] = {DT_INT8,   DT_UINT8, DT_INT16,  DT_UINT16,  DT_INT32,
+                                DT_UINT32, DT_INT64, DT_UINT64, DT_FLOAT32, DT_FLOAT64};
+    const auto at = std::find(std::begin(of_types), std::end(of_types), datatype);
+    if (at == std::end(of_types)) return std::nullopt;
+    return static_cast<io::NumberType>(at - std::begin(of_types));
 }
 
 struct FreeImage {
@@ -141,8 +123,8 @@ CtImage read_nifti(const fs::path& path, const Progress& progress) {
     if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
         refuse_ct(path, "its rescale slope or intercept is not finite", "finite numbers are accepted");
     source.skip(static_cast<std::uint64_t>(header.data_begin) - taken);
-    ct.hu = read_samples(source, path, ct.grid.count(), *sample_type(image.datatype), header.swapped, rescale,
-                         progress);
+    ct.hu = read_samples(source, path, ct.grid.count(), *sample_type(image.datatype),
+                         header.swapped != (std::endian::native == std::endian::big), rescale, progress);
     return ct;
 }
 

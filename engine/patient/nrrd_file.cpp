@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <bit>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
@@ -21,37 +19,16 @@ std::string_view trimmed(std::string_view text) {
     return text;
 }
 
-std::string lower(std::string_view text) {
-    std::string result(text);
-    for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return result;
-}
-
-std::vector<std::string_view> words(std::string_view text) {
-    std::vector<std::string_view> found;
-    while (!(text = trimmed(text)).empty()) {
-        const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
-        found.push_back(text.substr(0, end));
-        text.remove_prefix(end);
-    }
-    return found;
-}
-
 /// "(1,0,0)", finite; empty for anything else.
 std::optional<geometry::Vec3> vector_of(std::string_view text) {
     text = trimmed(text);
     if (text.size() < 2 || text.front() != '(' || text.back() != ')') return std::nullopt;
     text = text.substr(1, text.size() - 2);
+    const std::vector<std::string_view> parts = io::split(text, ',');
+    if (parts.size() != 3) return std::nullopt;
     geometry::Vec3 result;
-    for (int k = 0; k < 3; ++k) {
-        const std::size_t end = k < 2 ? text.find(',') : text.size();
-        if (end == std::string_view::npos) return std::nullopt;
-        const std::optional<double> number = io::parse_number(trimmed(text.substr(0, end)));
-        if (!number || !std::isfinite(*number)) return std::nullopt;
-        result[k] = *number;
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return result;
+    for (int k = 0; k < 3; ++k) result[k] = io::parse_number(trimmed(parts[k])).value_or(std::nan(""));
+    return result.allFinite() ? std::optional(result) : std::nullopt;
 }
 
 /// The fields of a header by their names in lower case, and where it ends.
@@ -106,7 +83,7 @@ Header read_header(const fs::path& path) {
         // "key:=value" is of users, and '#' a remark.
         if (begin > 0 && colon != std::string_view::npos && line.front() != '#' &&
             !line.substr(colon).starts_with(":=")) {
-            std::string key = lower(trimmed(line.substr(0, colon)));
+            std::string key = io::lower_case(trimmed(line.substr(0, colon)));
             if (key == "datafile") key = "data file";
             if (key == "byteskip") key = "byte skip";
             if (key == "lineskip") key = "line skip";
@@ -119,51 +96,23 @@ Header read_header(const fs::path& path) {
     return header;
 }
 
-SampleType type_of(const Header& header) {
-    const std::map<std::string, SampleType> types = {{"signed char", SampleType::Int8},
-                                                     {"int8", SampleType::Int8},
-                                                     {"int8_t", SampleType::Int8},
-                                                     {"uchar", SampleType::UInt8},
-                                                     {"unsigned char", SampleType::UInt8},
-                                                     {"uint8", SampleType::UInt8},
-                                                     {"uint8_t", SampleType::UInt8},
-                                                     {"short", SampleType::Int16},
-                                                     {"short int", SampleType::Int16},
-                                                     {"signed short", SampleType::Int16},
-                                                     {"signed short int", SampleType::Int16},
-                                                     {"int16", SampleType::Int16},
-                                                     {"int16_t", SampleType::Int16},
-                                                     {"ushort", SampleType::UInt16},
-                                                     {"unsigned short", SampleType::UInt16},
-                                                     {"unsigned short int", SampleType::UInt16},
-                                                     {"uint16", SampleType::UInt16},
-                                                     {"uint16_t", SampleType::UInt16},
-                                                     {"int", SampleType::Int32},
-                                                     {"signed int", SampleType::Int32},
-                                                     {"int32", SampleType::Int32},
-                                                     {"int32_t", SampleType::Int32},
-                                                     {"uint", SampleType::UInt32},
-                                                     {"unsigned int", SampleType::UInt32},
-                                                     {"uint32", SampleType::UInt32},
-                                                     {"uint32_t", SampleType::UInt32},
-                                                     {"longlong", SampleType::Int64},
-                                                     {"long long", SampleType::Int64},
-                                                     {"long long int", SampleType::Int64},
-                                                     {"signed long long", SampleType::Int64},
-                                                     {"signed long long int", SampleType::Int64},
-                                                     {"int64", SampleType::Int64},
-                                                     {"int64_t", SampleType::Int64},
-                                                     {"ulonglong", SampleType::UInt64},
-                                                     {"unsigned long long", SampleType::UInt64},
-                                                     {"unsigned long long int", SampleType::UInt64},
-                                                     {"uint64", SampleType::UInt64},
-                                                     {"uint64_t", SampleType::UInt64},
-                                                     {"float", SampleType::Float},
-                                                     {"double", SampleType::Double}};
+io::NumberType type_of(const Header& header) {
+    constexpr io::NumberNames names = {
+        "signed char,int8,int8_t",
+        "uchar,unsigned char,uint8,uint8_t",
+        "short,short int,signed short,signed short int,int16,int16_t",
+        "ushort,unsigned short,unsigned short int,uint16,uint16_t",
+        "int,signed int,int32,int32_t",
+        "uint,unsigned int,uint32,uint32_t",
+        "longlong,long long,long long int,signed long long,signed long long int,"
+        "int64,int64_t",
+        "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t",
+        "float",
+        "double"};
     const char* const accepted = "a type of whole numbers, float or double is accepted";
-    const auto type = types.find(lower(header.need("type", accepted)));
-    if (type == types.end()) header.refuse("type", accepted);
-    return type->second;
+    const auto type = io::number_type_named(io::lower_case(header.need("type", accepted)), names);
+    if (!type) header.refuse("type", accepted);
+    return *type;
 }
 
 render::VolumeGrid nrrd_grid(const Header& header) {
@@ -171,7 +120,7 @@ render::VolumeGrid nrrd_grid(const Header& header) {
     const char* const three = "three dimensions are accepted";
     if (header.need("dimension", three) != "3") header.refuse("dimension", three);
     const char* const counts = "three numbers from 2 to 32768 are accepted";
-    const std::vector<std::string_view> sizes = words(header.need("sizes", counts));
+    const std::vector<std::string_view> sizes = io::words_of(header.need("sizes", counts));
     for (std::size_t a = 0; a < 3; ++a) {
         const std::optional<int> size = sizes.size() == 3 ? io::parse_integer(sizes[a]) : std::nullopt;
         if (!size) header.refuse("sizes", counts);
@@ -184,7 +133,7 @@ render::VolumeGrid nrrd_grid(const Header& header) {
         {"left-anterior-superior", {1, -1, 1}},   {"las", {1, -1, 1}}};
     const char* const known =
         "left-posterior-superior, right-anterior-superior or left-anterior-superior is accepted";
-    const auto space = spaces.find(lower(header.need("space", known)));
+    const auto space = spaces.find(io::lower_case(header.need("space", known)));
     if (space == spaces.end()) header.refuse("space", known);
     const char* const placed = "a vector such as (-120.5,-80,30) is accepted";
     const auto origin = vector_of(header.need("space origin", placed));
@@ -202,7 +151,7 @@ render::VolumeGrid nrrd_grid(const Header& header) {
     }
     if (!trimmed(directions).empty()) header.refuse("space directions", directed);
     if (const auto units = header.fields.find("space units"); units != header.fields.end()) {
-        for (const std::string_view unit : words(units->second))
+        for (const std::string_view unit : io::words_of(units->second))
             if (unit != "\"mm\"" && unit != "mm" && unit != "\"\"")
                 header.refuse("space units", "mm is accepted");
     }
@@ -250,7 +199,7 @@ std::optional<fs::path> data_file(const Header& header) {
     const auto found = header.fields.find("data file");
     if (found == header.fields.end()) return std::nullopt;
     const std::string& name = found->second;
-    if (name.empty() || lower(name).starts_with("list") || name.find('%') != std::string::npos)
+    if (name.empty() || io::lower_case(name).starts_with("list") || name.find('%') != std::string::npos)
         header.refuse("data file", "the name of one file is accepted");
     return header.path.parent_path() / name;
 }
@@ -263,19 +212,19 @@ std::optional<fs::path> detached_data(const fs::path& path) {
 
 CtImage read_nrrd(const fs::path& path, const Progress& progress) {
     const Header header = read_header(path);
-    const SampleType type = type_of(header);
+    const io::NumberType type = type_of(header);
     CtImage ct;
     ct.grid = nrrd_grid(header);
     require_usable(path, ct.grid);
-    const std::string encoding = lower(header.need("encoding", "raw, gzip or ascii is accepted"));
+    const std::string encoding = io::lower_case(header.need("encoding", "raw, gzip or ascii is accepted"));
     const bool raw = encoding == "raw", gzip = encoding == "gzip" || encoding == "gz";
     const bool ascii = encoding == "ascii" || encoding == "text" || encoding == "txt";
     if (!raw && !gzip && !ascii) header.refuse("encoding", "raw, gzip or ascii is accepted");
-    bool swapped = false;
-    if (!ascii && bytes_of(type) > 1) {
-        const std::string endian = lower(header.need("endian", "little or big is accepted"));
+    bool big_endian = false;
+    if (!ascii && io::size_of(type) > 1) {
+        const std::string endian = io::lower_case(header.need("endian", "little or big is accepted"));
         if (endian != "little" && endian != "big") header.refuse("endian", "little or big is accepted");
-        swapped = (endian == "little") != (std::endian::native == std::endian::little);
+        big_endian = endian == "big";
     }
     const std::optional<fs::path> apart = data_file(header);
     const fs::path data = apart.value_or(path);
@@ -291,7 +240,7 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
     }
     if (bytes < 0) {  // the samples are the last of the file
         std::error_code failed;
-        const std::uint64_t size = fs::file_size(data, failed), needed = ct.grid.count() * bytes_of(type);
+        const std::uint64_t size = fs::file_size(data, failed), needed = ct.grid.count() * io::size_of(type);
         if (!failed && size < needed)
             refuse_ct(data,
                       fmt::format("its header asks for {} bytes of samples; the file has {}", needed, size),
@@ -301,9 +250,9 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
         begin += static_cast<std::uint64_t>(bytes);
     }
     ByteSource source(data, begin, gzip);
-    source.require(static_cast<double>(ct.grid.count()) * static_cast<double>(bytes_of(type)));
+    source.require(static_cast<double>(ct.grid.count()) * static_cast<double>(io::size_of(type)));
     if (gzip) source.skip(static_cast<std::uint64_t>(bytes));  // of what is decompressed
-    ct.hu = read_samples(source, data, ct.grid.count(), type, swapped, {}, progress);
+    ct.hu = read_samples(source, data, ct.grid.count(), type, big_endian, {}, progress);
     return ct;
 }
 

@@ -41,8 +41,8 @@ void Attempts::require_writable() const {
     std::error_code ignored;
     if (fs::exists(wanted_, ignored) && !fs::is_directory(wanted_, ignored) &&
         !fs::is_regular_file(wanted_, ignored))
-        throw io::InputError(fmt::format(
-            "{}: cannot keep attempts: expected a folder or a file, found a device", wanted_.string()));
+        throw io::InputError("{}: cannot keep attempts: expected a folder or a file, found a device",
+                             wanted_.string());
     if (!in_folder()) return io::require_writable(wanted_);
     // The folders that are missing are made when the first attempt is kept; here it is enough that they can
     // be.
@@ -51,7 +51,7 @@ void Attempts::require_writable() const {
     try {
         io::require_writable(there / "attempt.gw");
     } catch (const io::InputError& error) {
-        throw io::InputError(fmt::format("{}: cannot be written, for {}", wanted_.string(), error.what()));
+        throw io::InputError("{}: cannot be written, for {}", wanted_.string(), error.what());
     }
 }
 
@@ -61,8 +61,7 @@ fs::path Attempts::make_next(const std::string& scenario) const {
     std::error_code failed;
     if (folder) {
         fs::create_directories(where, failed);
-        if (failed)
-            throw io::InputError(fmt::format("{}: cannot be made: {}", where.string(), failed.message()));
+        if (failed) throw io::InputError("{}: cannot be made: {}", where.string(), failed.message());
     }
     const std::string start = folder ? scenario + "-" : wanted_.stem().string() + "-";
     const std::string end = folder ? ".gw" : wanted_.extension().string();

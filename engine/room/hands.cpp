@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/io/error.h"
 #include "render/xray/c_arm.h"
 
 namespace room {

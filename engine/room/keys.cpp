@@ -66,119 +66,6 @@ constexpr std::array<ActionInfo, actions> table = {{
     {"menu", "menu"},
 }};
 
-std::vector<std::string_view> make_names() {
-    std::vector<std::string_view> names = {"Space",
-                                           "Apostrophe",
-                                           "Comma",
-                                           "Minus",
-                                           "Period",
-                                           "Slash",
-                                           "0",
-                                           "1",
-                                           "2",
-                                           "3",
-                                           "4",
-                                           "5",
-                                           "6",
-                                           "7",
-                                           "8",
-                                           "9",
-                                           "Semicolon",
-                                           "Equal",
-                                           "A",
-                                           "B",
-                                           "C",
-                                           "D",
-                                           "E",
-                                           "F",
-                                           "G",
-                                           "H",
-                                           "I",
-                                           "J",
-                                           "K",
-                                           "L",
-                                           "M",
-                                           "N",
-                                           "O",
-                                           "P",
-                                           "Q",
-                                           "R",
-                                           "S",
-                                           "T",
-                                           "U",
-                                           "V",
-                                           "W",
-                                           "X",
-                                           "Y",
-                                           "Z",
-                                           "LeftBracket",
-                                           "Backslash",
-                                           "RightBracket",
-                                           "GraveAccent",
-                                           "Escape",
-                                           "Enter",
-                                           "Tab",
-                                           "Backspace",
-                                           "Insert",
-                                           "Delete",
-                                           "Right",
-                                           "Left",
-                                           "Down",
-                                           "Up",
-                                           "PageUp",
-                                           "PageDown",
-                                           "Home",
-                                           "End",
-                                           "CapsLock",
-                                           "F1",
-                                           "F2",
-                                           "F3",
-                                           "F4",
-                                           "F5",
-                                           "F6",
-                                           "F7",
-                                           "F8",
-                                           "F9",
-                                           "F10",
-                                           "F11",
-                                           "F12",
-                                           "Keypad0",
-                                           "Keypad1",
-                                           "Keypad2",
-                                           "Keypad3",
-                                           "Keypad4",
-                                           "Keypad5",
-                                           "Keypad6",
-                                           "Keypad7",
-                                           "Keypad8",
-                                           "Keypad9",
-                                           "KeypadDecimal",
-                                           "KeypadDivide",
-                                           "KeypadMultiply",
-                                           "KeypadSubtract",
-                                           "KeypadAdd",
-                                           "KeypadEnter",
-                                           "LeftShift",
-                                           "LeftControl",
-                                           "LeftAlt",
-                                           "RightShift",
-                                           "RightControl",
-                                           "RightAlt",
-                                           "GamepadA",
-                                           "GamepadB",
-                                           "GamepadX",
-                                           "GamepadY",
-                                           "GamepadLeftBumper",
-                                           "GamepadRightBumper",
-                                           "GamepadBack",
-                                           "GamepadStart",
-                                           "GamepadUp",
-                                           "GamepadRight",
-                                           "GamepadDown",
-                                           "GamepadLeft"};
-    return names;
-}
-
 io::Range positive(double most) {
     return {1e-3, most};
 }
@@ -340,7 +227,17 @@ const ActionInfo& info(Action action) {
 }
 
 const std::vector<std::string_view>& key_names() {
-    static const std::vector<std::string_view> names = make_names();
+    static const std::vector<std::string_view> names = io::words_of(
+        "Space Apostrophe Comma Minus Period Slash 0 1 2 3 4 5 6 7 8 9 Semicolon Equal "
+        "A B C D E F G H I J K L M N O P Q R S T U V W X Y Z "
+        "LeftBracket Backslash RightBracket GraveAccent "
+        "Escape Enter Tab Backspace Insert Delete Right Left Down Up PageUp PageDown Home End "
+        "CapsLock F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 F12 "
+        "Keypad0 Keypad1 Keypad2 Keypad3 Keypad4 Keypad5 Keypad6 Keypad7 Keypad8 Keypad9 "
+        "KeypadDecimal KeypadDivide KeypadMultiply KeypadSubtract KeypadAdd KeypadEnter "
+        "LeftShift LeftControl LeftAlt RightShift RightControl RightAlt "
+        "GamepadA GamepadB GamepadX GamepadY GamepadLeftBumper GamepadRightBumper GamepadBack GamepadStart "
+        "GamepadUp GamepadRight GamepadDown GamepadLeft");
     return names;
 }
 

@@ -205,8 +205,8 @@ void require_no_input_of(const std::vector<BatchJob>& list, const fs::path& out,
         if (number && *number >= 1 && *number <= static_cast<long long>(list.size()) &&
             io::same_file(folder, out / run_folder(static_cast<int>(*number))))
             throw io::InputError(
-                fmt::format("--out: {} would be replaced, and is read; another output folder is accepted",
-                            input.string()));
+                "--out: {} would be replaced, and is read; another output folder is accepted",
+                input.string());
     }
     if (!file.empty()) inputs.push_back(file);
     std::vector<io::Output> outputs;
@@ -290,9 +290,8 @@ BatchResult run_batch(const std::vector<BatchJob>& list, const fs::path& out, co
     std::vector<BatchJob> jobs = list;
     if (asked.shard) {
         if (static_cast<std::size_t>(asked.shard->count) > list.size())
-            throw io::InputError(
-                fmt::format("--shard: {} shards were asked for; up to {}, one a run, are accepted",
-                            asked.shard->count, list.size()));
+            throw io::InputError("--shard: {} shards were asked for; up to {}, one a run, are accepted",
+                                 asked.shard->count, list.size());
         std::erase_if(jobs, [&](const BatchJob& job) { return !is_in(*asked.shard, job.number); });
     }
     require_no_input_of(list, out, asked.list);

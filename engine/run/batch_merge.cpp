@@ -25,8 +25,8 @@ void put_beside(const fs::path& from, const fs::path& to) {
             fs::copy(from, to, fs::copy_options::recursive);
         }
     } catch (const fs::filesystem_error& error) {
-        throw io::InputError(fmt::format("{}: {} cannot be put there: {}", to.string(), from.string(),
-                                         error.code().message()));
+        throw io::InputError("{}: {} cannot be put there: {}", to.string(), from.string(),
+                             error.code().message());
     }
 }
 
@@ -50,14 +50,13 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
         }
         if (share.list != first.list || share.shard.count != first.shard.count || share.runs != first.runs)
             throw io::InputError(
-                fmt::format("{}: a shard of another list, or made by another build of the program, than {}; "
-                            "shards of one batch are "
-                            "accepted",
-                            folder.string(), folders.front().string()));
+                "{}: a shard of another list, or made by another build of the program, than {}; shards of "
+                "one batch are accepted",
+                folder.string(), folders.front().string());
         std::optional<ShardFolder>& place = shards[static_cast<std::size_t>(share.shard.index) - 1];
         if (place)
-            throw io::InputError(fmt::format("{}: shard {}/{} was found in {} already", folder.string(),
-                                             share.shard.index, share.shard.count, place->folder.string()));
+            throw io::InputError("{}: shard {}/{} was found in {} already", folder.string(),
+                                 share.shard.index, share.shard.count, place->folder.string());
         place = ShardFolder{folder, kept_rows(folder / "batch.json")};
     }
     std::map<int, BatchRow> rows;
@@ -66,20 +65,19 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
         const int index = (number - 1) % first.shard.count + 1;
         const std::optional<ShardFolder>& shard = shards[static_cast<std::size_t>(index) - 1];
         const std::string name = fmt::format("shard {}/{}", index, first.shard.count);
-        if (!shard) throw io::InputError(fmt::format("{} is missing", name));
+        if (!shard) throw io::InputError("{} is missing", name);
         const auto row = shard->rows.find(number);
         const std::string folder = run_folder(number);
         if (row == shard->rows.end() ||
             (!row->second.failed && !fs::exists(shard->folder / folder / "score.json")))
-            throw io::InputError(fmt::format("{}: run {} is missing; {} is to be made to its end first",
-                                             shard->folder.string(), number, name));
+            throw io::InputError("{}: run {} is missing; {} is to be made to its end first",
+                                 shard->folder.string(), number, name);
         rows[number] = row->second;
         if (fs::exists(shard->folder / folder)) made.emplace_back(shard->folder / folder, folder);
     }
     std::error_code ignored;
     if (fs::exists(out / "batch.json", ignored))
-        throw io::InputError(
-            fmt::format("{}: runs were found there; a new folder is accepted", out.string()));
+        throw io::InputError("{}: runs were found there; a new folder is accepted", out.string());
     std::vector<std::unique_ptr<io::OwnFolder>> owned;  // a shard that is being made is refused
     for (const std::optional<ShardFolder>& shard : shards)
         owned.push_back(std::make_unique<io::OwnFolder>(shard->folder));

@@ -96,8 +96,8 @@ BatchShare read_share(const fs::path& folder) {
         share.runs = number("runs", most_runs);
     }
     if (share.shard.index < 1 || share.shard.index > share.shard.count || share.runs < 1)
-        throw io::InputError(
-            fmt::format("{}: the shard is damaged; the command that made it writes it again", file.string()));
+        throw io::InputError("{}: the shard is damaged; the command that made it writes it again",
+                             file.string());
     return share;
 }
 

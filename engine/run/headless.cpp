@@ -235,7 +235,7 @@ std::vector<std::string> other_scenario(const std::optional<script::Origin>& ori
 void refuse_origin(const script::CommandScript& script, const RunOptions& options,
                    const std::vector<std::string>& wrong) {
     if (options.same_origin && !wrong.empty())
-        throw io::InputError(fmt::format("{}: {}; --force goes on", script.file, io::joined(wrong, "; ")));
+        throw io::InputError("{}: {}; --force goes on", script.file, io::joined(wrong, "; "));
 }
 void require_origin(const scenario::Scenario& here, const script::CommandScript& script,
                     const RunOptions& options) {

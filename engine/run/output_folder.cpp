@@ -1,6 +1,5 @@
 #include "engine/run/output_folder.h"
 
-#include <fmt/format.h>
 #include <utility>
 
 #include "engine/io/error.h"
@@ -30,8 +29,7 @@ bool is_of_a_frame(const fs::path& file) {
 void take_out(const fs::path& file) {
     std::error_code error;
     fs::remove(file, error);
-    if (error)
-        throw io::InputError(fmt::format("{}: cannot be replaced: {}", file.string(), error.message()));
+    if (error) throw io::InputError("{}: cannot be replaced: {}", file.string(), error.message());
 }
 
 }  // namespace
@@ -40,14 +38,13 @@ void refuse_to_overwrite(const fs::path& out, const fs::path& script,
                          const std::optional<fs::path>& expected) {
     if (io::same_file(out / "run.gw", script)) {
         throw io::InputError(
-            fmt::format("{}: the run would overwrite its own commands; another output folder is accepted",
-                        script.string()));
+            "{}: the run would overwrite its own commands; another output folder is accepted",
+            script.string());
     }
     if (expected && (io::same_file(out, *expected) || io::same_file(out / "run.gw", *expected))) {
         throw io::InputError(
-            fmt::format("{}: the run would overwrite what it is compared with; another output folder is "
-                        "accepted",
-                        expected->string()));
+            "{}: the run would overwrite what it is compared with; another output folder is accepted",
+            expected->string());
     }
 }
 
@@ -62,21 +59,20 @@ void refuse_to_replace(std::span<const fs::path> inputs, const fs::path& out, co
                    is_of_a_frame(file);
         };
         if (!trace.empty() && is_within(trace))
-            throw io::InputError(fmt::format(
-                "--trace: {} is a file of the run's own; another file is accepted", trace.string()));
+            throw io::InputError("--trace: {} is a file of the run's own; another file is accepted",
+                                 trace.string());
         for (const fs::path& input : inputs)
             if (is_within(input) || io::same_file(input, out / part))
                 throw io::InputError(
-                    fmt::format("--out: {} would be removed, and is read; another output folder is accepted",
-                                input.string()));
+                    "--out: {} would be removed, and is read; another output folder is accepted",
+                    input.string());
     }
 }
 
 OutputFolder::OutputFolder(fs::path path, Parts parts) : own_(path) {
     for (const char* name : own_files)
         if (std::error_code none; fs::is_directory(path / name, none))
-            throw io::InputError(
-                fmt::format("{}: cannot be written: a folder is in its place", (path / name).string()));
+            throw io::InputError("{}: cannot be written: a folder is in its place", (path / name).string());
     const std::pair<bool, const char*> wanted[] = {
         {parts.frames, "frames"}, {parts.panel, "panel"}, {parts.truth, "truth"}, {parts.dicom, "dicom"}};
     for (const auto& [asked, name] : wanted)

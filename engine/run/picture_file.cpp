@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <stdexcept>
-#include <string_view>
 #include <vector>
 
 #include "engine/io/error.h"

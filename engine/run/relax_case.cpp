@@ -28,7 +28,7 @@ constexpr std::size_t most_wall_terms = 64;
 constexpr double heaviest = 100;  // load [N/mm]
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
-    throw io::InputError(fmt::format("{}: {}; {}", where, found, accepted));
+    throw io::InputError("{}: {}; {}", where, found, accepted);
 }
 
 void need_above_zero(const char* flag, double value, double most, const char* unit) {
@@ -57,16 +57,10 @@ void check_numbers(const RelaxRequest& r) {
 
 /// The numbers of "X,Y,Z", finite ones.
 std::optional<Vec3> three_numbers(const std::string& text) {
-    std::vector<double> parts;
-    for (std::size_t at = 0; at <= text.size();) {
-        const std::size_t end = std::min(text.find(',', at), text.size());
-        const std::optional<double> part = io::parse_number(std::string_view(text).substr(at, end - at));
-        if (!part) return std::nullopt;
-        parts.push_back(*part);
-        at = end + 1;
-    }
+    const std::vector<std::string_view> parts = io::split(text, ',');
     if (parts.size() != 3) return std::nullopt;
-    const Vec3 v(parts[0], parts[1], parts[2]);
+    Vec3 v;
+    for (int k = 0; k < 3; ++k) v[k] = io::parse_number(parts[k]).value_or(std::nan(""));
     return v.allFinite() ? std::optional(v) : std::nullopt;
 }
 
@@ -251,8 +245,8 @@ Chain wire_through(const Polyline& joints, const std::string& file, double rigid
                 i + 1, lengths[i], usual)));
     }
     if (!(usual <= physics::DeviceLimits::segment_length))
-        throw io::InputError(fmt::format("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file,
-                                         usual, physics::DeviceLimits::segment_length));
+        throw io::InputError("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file, usual,
+                             physics::DeviceLimits::segment_length);
     return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
 }
 

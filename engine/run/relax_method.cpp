@@ -18,11 +18,10 @@ constexpr int most_varied = 5, least_delta = 2, most_delta = 200;
 
 [[noreturn]] void refuse(std::string_view method, const std::string& why) {
     throw io::InputError(
-        fmt::format("--method: '{}' {}; methods are: global, first-order, konings, geometric, "
-                    "segment:M (M varied segments, 1 to {}), segment:M:delta (delta from {} to {} "
-                    "segments), combined:M, combined:M:delta; after segment:M or segment:M:delta also "
-                    ":no-a, :no-r, :uniform, :plain, :printed, :fast",
-                    method, why, most_varied, least_delta, most_delta));
+        "--method: '{}' {}; methods are: global, first-order, konings, geometric, segment:M (M varied "
+        "segments, 1 to {}), segment:M:delta (delta from {} to {} segments), combined:M, combined:M:delta; "
+        "after segment:M or segment:M:delta also :no-a, :no-r, :uniform, :plain, :printed, :fast",
+        method, why, most_varied, least_delta, most_delta);
 }
 
 /// The options that may follow segment:M, in the order in which method_text writes them.
@@ -57,16 +56,6 @@ constexpr MethodWord alone[] = {{"global", RelaxerKind::Global},
 constexpr MethodWord with_segments[] = {{"segment", RelaxerKind::Segment},
                                         {"combined", RelaxerKind::Combined}};
 
-std::vector<std::string_view> split(std::string_view text) {
-    std::vector<std::string_view> parts;
-    for (std::size_t colon; (colon = text.find(':')) != std::string_view::npos;) {
-        parts.push_back(text.substr(0, colon));
-        text.remove_prefix(colon + 1);
-    }
-    parts.push_back(text);
-    return parts;
-}
-
 }  // namespace
 
 const std::string_view method_words =
@@ -86,7 +75,7 @@ const std::string_view method_words =
     "(d) segment:1:no-r:plain, (e) segment:2:plain and segment:3:plain.\n";
 
 RelaxerConfig parse_method(std::string_view method) {
-    const std::vector<std::string_view> parts = split(method);
+    const std::vector<std::string_view> parts = io::split(method, ':');
     RelaxerConfig config;
     for (const MethodWord& known : alone) {
         if (parts[0] != known.word) continue;

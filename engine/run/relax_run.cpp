@@ -60,8 +60,8 @@ void check_writable(const fs::path& file) {
         reason = fmt::format("there is no folder {}", folder.string());
     else
         return io::require_writable(file);
-    throw io::InputError(fmt::format("{}: cannot be written: {}; a file in an existing folder is accepted",
-                                     file.string(), reason));
+    throw io::InputError("{}: cannot be written: {}; a file in an existing folder is accepted", file.string(),
+                         reason);
 }
 
 }  // namespace
@@ -137,11 +137,11 @@ std::string report_json(const RelaxOutcome& o) {
 }
 
 std::string push_csv(const RelaxOutcome& outcome) {
-    io::Table table{
-        "push", {"segments", "iterations", "cpu_us", "energy_N_mm", "gradient", "max_penetration_mm"}, {}};
+    io::Table table{"push",
+                    {"segments", "iterations", "cpu_us", "energy_N_mm", "gradient", "max_penetration_mm"}};
     for (const PushRow& row : outcome.pushes)
-        table.add({static_cast<double>(row.segments), static_cast<double>(row.iterations),
-                   fmt::format("{:.1f}", 1e6 * row.cpu), row.energy, row.gradient, row.penetration});
+        table.add({row.segments, row.iterations, fmt::format("{:.1f}", 1e6 * row.cpu), row.energy,
+                   row.gradient, row.penetration});
     return io::to_csv(table);
 }
 

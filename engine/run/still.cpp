@@ -1,7 +1,5 @@
 #include "engine/run/still.h"
 
-#include <fmt/format.h>
-
 #include "engine/exercise/imaging.h"
 #include "engine/exercise/monitor.h"
 #include "engine/io/error.h"
@@ -21,9 +19,8 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
     if (const auto wrong = render::problems(arm); !wrong.empty())
         throw io::InputError(io::joined(wrong, "; "));
     if (script.end && request.frame > *script.end) {
-        throw io::InputError(
-            fmt::format("frame {} was asked for; the script ends at {}: 0 to {} are accepted", request.frame,
-                        *script.end, *script.end));
+        throw io::InputError("frame {} was asked for; the script ends at {}: 0 to {} are accepted",
+                             request.frame, *script.end, *script.end);
     }
     exercise::Simulation simulation(scenario, cache, &script);
     for (int frame = 0; frame <= request.frame; ++frame) {
@@ -66,8 +63,8 @@ void check_still(const std::filesystem::path& path) {
         throw io::InputError(path.string() + ": a picture named .png is accepted");
     std::error_code ignored;
     if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), ignored))
-        throw io::InputError(fmt::format("{}: cannot be written: there is no folder {}", path.string(),
-                                         path.parent_path().string()));
+        throw io::InputError("{}: cannot be written: there is no folder {}", path.string(),
+                             path.parent_path().string());
     io::require_writable(path);
 }
 

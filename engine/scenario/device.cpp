@@ -202,7 +202,7 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
                         physics::shaped_length(d), d.length));
     reading.end();
     if (const auto wrong = physics::problems(d); !wrong.empty())
-        throw io::InputError(fmt::format("{}: {}", file.string(), io::joined(wrong, " ")));
+        throw io::InputError("{}: {}", file.string(), io::joined(wrong, " "));
     return d;
 }
 
@@ -257,8 +257,8 @@ std::filesystem::path find_device(const std::string& path_or_name, const std::fi
         if (file.stem() == path_or_name) return file;
         names.push_back(file.stem().string());
     }
-    throw io::InputError(fmt::format("'{}' is no device; a file (.toml) or one of these is accepted: {}",
-                                     path_or_name, io::joined(names)));
+    throw io::InputError("'{}' is no device; a file (.toml) or one of these is accepted: {}", path_or_name,
+                         io::joined(names));
 }
 
 std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {
@@ -348,17 +348,14 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
     plot.commands = fmt::format(
         "set datafile separator ','\nset multiplot title \"{} – {}\" noenhanced\nset grid lc rgb '#dddddd'\n"
         "set size 0.62,0.9\nset origin 0.0,0.02\nset size ratio -1\nset offsets 6,6,6,6\nset xlabel "
-        "'mm'\nset ylabel "
-        "'mm'\nset title 'free shape{}'\n"
+        "'mm'\nset ylabel 'mm'\nset title 'free shape{}'\n"
         "plot 'shape.csv' using 1:2 with lines lw {} lc rgb '#0072B2' notitle{}\n"
         "set size noratio\nset offsets 0,0,0,0\nset size 0.38,0.46\nset origin 0.61,0.46\nset logscale "
-        "y\nset xlabel 'from "
-        "the distal end [mm]'\nset ylabel 'EI [N mm^2]'\nset title 'EI along it'\n"
+        "y\nset xlabel 'from the distal end [mm]'\nset ylabel 'EI [N mm^2]'\nset title 'EI along it'\n"
         "plot [][*:*] 'stiffness.csv' using 1:2 with lines lw 2 lc rgb '#D55E00' notitle\n"
         "unset logscale\nset size 0.38,0.46\nset origin 0.61,0.01\nset size ratio -1\nset xlabel 'mm'\nset "
-        "ylabel ''\nset "
-        "title 'cross-section of the shaft'\nset parametric\nset trange [0:2*pi]\nset xrange [{}:{}]\nset "
-        "yrange [{}:{}]\n"
+        "ylabel ''\nset title 'cross-section of the shaft'\nset parametric\nset trange [0:2*pi]\nset xrange "
+        "[{}:{}]\nset yrange [{}:{}]\n"
         "set object 1 circle at 0,0 size {} fillcolor rgb '#9db8cc' fillstyle solid border rgb '#0072B2'\n{}"
         "plot 0,0 with points pt 0 notitle\nunset multiplot\n",
         quoted(d.name), quoted(d.title), solid ? "" : ", seen across its first plane (dashed: from the side)",

@@ -1,7 +1,6 @@
 #include "engine/scenario/placement.h"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 #include "engine/anatomy/lumen_wall.h"

@@ -1,7 +1,6 @@
 #include "engine/scenario/scenario.h"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <string_view>
 
@@ -208,8 +207,8 @@ std::filesystem::path find_scenario(const std::string& path_or_name, const std::
         if (names.back() == path_or_name) return file;
     }
     const std::vector<std::string_view> words(names.begin(), names.end());
-    throw io::InputError(fmt::format("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
-                                     path_or_name, io::suggestion(path_or_name, words), io::joined(names)));
+    throw io::InputError("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
+                         path_or_name, io::suggestion(path_or_name, words), io::joined(names));
 }
 
 }  // namespace scenario

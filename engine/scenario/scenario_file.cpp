@@ -504,7 +504,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
 /// Sets the value of a dotted key; sections that are missing are made.
 void put(toml::table& root, const Override& with) {
     const auto refuse = [&with](const std::string& why) {
-        throw io::InputError(fmt::format("{} = {}: {}", with.key, with.value, why));
+        throw io::InputError("{} = {}: {}", with.key, with.value, why);
     };
     toml::table parsed;
     try {

@@ -78,6 +78,16 @@ public:
     double amount(render::ArmLimits::Range range, std::string_view accepted) {
         return amount(range.least, range.most, accepted);
     }
+    /// Takes one of the words and returns its place among them.
+    std::size_t choice(std::span<const std::string_view> words, const std::string& accepted) {
+        const Word& word = take(accepted);
+        const auto found = std::find(words.begin(), words.end(), word.text);
+        if (found == words.end()) refuse(word, accepted);
+        return static_cast<std::size_t>(found - words.begin());
+    }
+    bool either(std::string_view yes, std::string_view no) {
+        return choice(std::array{yes, no}, fmt::format("'{}' or '{}' is accepted", yes, no)) == 0;
+    }
     void finish() const {
         if (!done()) refuse(words_[next_], "nothing more is accepted on this line");
     }
@@ -138,11 +148,7 @@ Held held(Line& line) {
 /// A device by its name, from the list's `first` on.
 Held device(Line& line, std::size_t first = 0) {
     const auto names = device_names().subspan(first);
-    const std::string expected = "expected one of: " + io::joined(names);
-    const Word& word = line.take(expected);
-    const auto found = std::find(names.begin(), names.end(), word.text);
-    if (found == names.end()) Line::refuse(word, expected);
-    return *held_named(*found);
+    return *held_named(names[line.choice(names, "expected one of: " + io::joined(names))]);
 }
 
 Inject inject_command(Line& line) {
@@ -181,11 +187,8 @@ SetPulseRate pulse_command(Line& line) {
 }
 
 SetMode mode_command(Line& line) {
-    const std::string accepted = "accepted are: " + io::joined(imaging_modes);
-    const Word& word = line.take(accepted);
-    const auto found = std::find(imaging_modes.begin(), imaging_modes.end(), word.text);
-    if (found == imaging_modes.end()) Line::refuse(word, accepted);
-    return {static_cast<ImagingMode>(found - imaging_modes.begin())};
+    return {
+        static_cast<ImagingMode>(line.choice(imaging_modes, "accepted are: " + io::joined(imaging_modes)))};
 }
 
 Collimate collimate_command(Line& line) {
@@ -198,12 +201,6 @@ MoveTable table_command(Line& line) {
     const double x = line.number(-table_reach.x(), table_reach.x(), "mm");
     const double y = line.number(-table_reach.y(), table_reach.y(), "mm");
     return {geometry::Vec3(x, y, line.amount(-table_reach.z(), table_reach.z(), "mm"))};
-}
-
-Beam beam_command(Line& line) {
-    const Word& word = line.take("'on' or 'off' is accepted");
-    if (word.text != "on" && word.text != "off") Line::refuse(word, "'on' or 'off' is accepted");
-    return {word.text == "on"};
 }
 
 ShiftMask shift_command(Line& line) {
@@ -222,12 +219,6 @@ ShiftMask shift_command(Line& line) {
     }
     if (!line.done()) line.unit("px");
     return shift;
-}
-
-Breathe breath_command(Line& line) {
-    const Word& word = line.take("'hold' or 'free' is accepted");
-    if (word.text != "hold" && word.text != "free") Line::refuse(word, "'hold' or 'free' is accepted");
-    return {word.text == "hold"};
 }
 
 /// A verb, and how the rest of its line is read.
@@ -254,14 +245,14 @@ constexpr Verb verbs[] = {
     {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
     {"exchange", [](Line& l) -> Command { return exchange_command(l); }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},
-    {"beam", [](Line& l) -> Command { return beam_command(l); }},
+    {"beam", [](Line& l) -> Command { return Beam{l.either("on", "off")}; }},
     {"contrast", [](Line& l) -> Command { return Contrast{l.amount(0, render::largest_iodine, "mg/ml")}; }},
     {"inject", [](Line& l) -> Command { return inject_command(l); }},
     {"mode", [](Line& l) -> Command { return mode_command(l); }},
     {"pulse", [](Line& l) -> Command { return pulse_command(l); }},
     {"mask", [](Line&) -> Command { return NewMask{}; }},
     {"shift", [](Line& l) -> Command { return shift_command(l); }},
-    {"breath", [](Line& l) -> Command { return breath_command(l); }},
+    {"breath", [](Line& l) -> Command { return Breathe{l.either("hold", "free")}; }},
     {"collimate", [](Line& l) -> Command { return collimate_command(l); }},
     {"table", [](Line& l) -> Command { return table_command(l); }},
     {"reference", [](Line&) -> Command { return StoreReference{}; }},

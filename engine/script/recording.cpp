@@ -52,9 +52,8 @@ std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& pl
     std::error_code error;
     if (!fs::is_directory(place, error)) {
         if (fs::exists(place, error)) return {place};
-        throw io::InputError(
-            fmt::format("{}: expected a recording (.gw) or a folder of them, found nothing of that name",
-                        place.string()));
+        throw io::InputError("{}: expected a recording (.gw) or a folder of them, found nothing of that name",
+                             place.string());
     }
     std::vector<std::pair<fs::file_time_type, fs::path>> found;
     for (fs::recursive_directory_iterator it(place, fs::directory_options::skip_permission_denied, error),
@@ -63,8 +62,8 @@ std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& pl
         if (it->is_regular_file(error) && it->path().extension() == ".gw")
             found.emplace_back(it->last_write_time(error), it->path());
     if (found.empty())
-        throw io::InputError(fmt::format(
-            "{}: there are no recordings in it; files ending in .gw are accepted", place.string()));
+        throw io::InputError("{}: there are no recordings in it; files ending in .gw are accepted",
+                             place.string());
     std::sort(found.begin(), found.end());
     std::vector<fs::path> files;
     for (auto& [time, file] : found) files.push_back(std::move(file));

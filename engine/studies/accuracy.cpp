@@ -1,5 +1,3 @@
-#include "engine/studies/accuracy.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,8 @@
 #include "engine/studies/accuracy_cases.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wire/energy.h"
@@ -85,15 +85,13 @@ Cost cost_of(const ExactCase& c, const Contender& contender, int segments, int c
         times.push_back(io::thread_cpu_seconds() - start);
         cost.farthest = c.measure(s.start, *s.wall)[1].measured;
     }
-    std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-    cost.cpu = times[times.size() / 2];
+    cost.cpu = quantile(times, 0.5);
     return cost;
 }
 
 io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contender>& list, int cycles) {
     io::Plot plot{"accuracy", "", 1300, 780};
-    std::string& text = plot.commands;
-    text =
+    plot.commands =
         "set multiplot layout 1,2\nset logscale xy\nset format y '10^{%L}'\nset grid lc rgb '#cccccc'\n"
         "set bmargin 18\nset key below left Left reverse maxrows 8 samplen 3 width -2\n"
         "set title 'Error against the length of the segments'\nset xlabel 'λ [mm]'\n"
@@ -103,42 +101,34 @@ io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contende
         for (const EndCells ends : rule_table) {
             if (ends == EndCells::Paper && !c.has_ends) continue;
             const bool half = ends == EndCells::Half;
-            text += fmt::format(
+            plot.curve(fmt::format(
                 "'accuracy.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' && strcol(3) eq '{}' ? "
-                "$5 : "
-                "1/0):8 with linespoints {} {} {}, \\\n     ",
+                "$5 : 1/0):8 with linespoints {} {} {}",
                 c.id, c.headline, word(ends), c.look, half ? "pt 7 ps 0.8 lw 2" : "pt 6 ps 0.8 dt '- '",
-                half ? fmt::format("title '{}'", c.title) : std::string("notitle"));
+                half ? fmt::format("title '{}'", c.title) : std::string("notitle")));
         }
-    text +=
+    plot.curve(
         "(x > 0.3 && x < 3 ? 4e-8*x**2 : 1/0) with lines lc rgb 'black' title 'full lines: half cells; black "
-        "∝ "
-        "λ²', \\\n     (x > 0.3 && x < 3 ? 0.2*x : 1/0) with lines lc rgb 'black' dt '- ' title 'broken: "
-        "clamp of "
-        "the paper; black ∝ λ'\n"
+        "∝ λ²', \\\n     (x > 0.3 && x < 3 ? 0.2*x : 1/0) with lines lc rgb 'black' dt '- ' title 'broken: "
+        "clamp of the paper; black ∝ λ'\n"
         "set title 'Wire through a bent tube: error against processor time'\n"
         "set xlabel 'processor time from the axis of the tube to where the method stops [s]'\n"
         "set ylabel 'farthest joint from the exact curve [mm]'\nset format x '10^{%L}'\nset xtics auto\n"
-        "set autoscale x\nset yrange [2e-5:10]\nplot ";
+        "set autoscale x\nset yrange [2e-5:10]\nplot ");
     for (const Contender& c : list)
-        text += fmt::format(
+        plot.curve(fmt::format(
             "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7 with linespoints {1} ps 0.9 "
-            "title "
-            "'{0}', \\\n     ",
-            c.name, c.look);
-    text += fmt::format(
+            "title '{0}'",
+            c.name, c.look));
+    plot.curve(fmt::format(
         "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7:(sprintf('%g mm', $4)) with "
-        "labels left "
-        "offset 0.8,0.4 font ',9' notitle\nunset multiplot\n",
-        list.front().name);
+        "labels left offset 0.8,0.4 font ',9' notitle\nunset multiplot\n",
+        list.front().name));
     plot.caption = fmt::format(
         "Left: error of the chain of segments against the exact wire (helix and arc are looked at far from "
-        "the ends, "
-        "where both rules are the same). Right: the wire through the bent tube, a point for each λ, from 4 "
-        "mm at the "
-        "left of a line halved from point to point; the global method to rest, the paper's methods with the "
-        "paper's "
-        "clamp for {} cycles. Down and to the left is better.",
+        "the ends, where both rules are the same). Right: the wire through the bent tube, a point for each "
+        "λ, from 4 mm at the left of a line halved from point to point; the global method to rest, the "
+        "paper's methods with the paper's clamp for {} cycles. Down and to the left is better.",
         cycles);
     return plot;
 }
@@ -185,10 +175,9 @@ StudyResult run_accuracy(const StudyOptions& options) {
 
     io::Table errors{"accuracy",
                      {"case", "quantity", "clamp", "segments", "segment_length_mm", "exact", "measured",
-                      "relative_error", "contacts", "gradient"},
-                     {}};
-    io::Table orders{
-        "accuracy_orders", {"case", "quantity", "clamp", "order", "error_at_1_mm", "finest_error"}, {}};
+                      "relative_error", "contacts", "gradient"}};
+    io::Table orders{"accuracy_orders",
+                     {"case", "quantity", "clamp", "order", "error_at_1_mm", "finest_error"}};
     std::vector<Order> found;
     const double none = std::numeric_limits<double>::quiet_NaN();
     double at_rest = 0, force_half = none, force_paper = none, tip_200 = none;
@@ -205,9 +194,9 @@ StudyResult run_accuracy(const StudyOptions& options) {
                     off.push_back(m.error);
                     at_rest = std::max(at_rest, first[k].gradient);
                     const bool place = m.quantity == "tip" || m.quantity == "farthest joint";
-                    errors.add({now.id, m.quantity, word(rule_table[r]), static_cast<double>(now.segments[k]),
-                                lambdas.back(), place ? none : m.exact, m.measured, m.error,
-                                static_cast<double>(first[k].contacts), first[k].gradient});
+                    errors.add({now.id, m.quantity, word(rule_table[r]), now.segments[k], lambdas.back(),
+                                place ? none : m.exact, m.measured, m.error, first[k].contacts,
+                                first[k].gradient});
                     if (lambdas.back() == 1) at_one = m.error;
                     if (now.id == "large load" && m.quantity == "tip" && now.segments[k] == 200 && r == 0)
                         tip_200 = m.error;
@@ -220,13 +209,12 @@ StudyResult run_accuracy(const StudyOptions& options) {
         }
     io::Table race{
         "accuracy_cost",
-        {"method", "clamp", "segments", "segment_length_mm", "cycles", "cpu_s", "farthest_joint_mm"},
-        {}};
+        {"method", "clamp", "segments", "segment_length_mm", "cycles", "cpu_s", "farthest_joint_mm"}};
     for (int k = 0; k < races; ++k) {
         const Contender& contender = list[k / lengths];
         const int n = raced.segments[k % lengths];
         const bool global = contender.config.kind == physics::RelaxerKind::Global;
-        race.add({contender.name, word(contender.ends), static_cast<double>(n), raced.length / n,
+        race.add({contender.name, word(contender.ends), n, raced.length / n,
                   global ? none : static_cast<double>(cycles), costs[k].cpu, costs[k].farthest});
     }
 
@@ -237,16 +225,14 @@ StudyResult run_accuracy(const StudyOptions& options) {
             *std::find_if(cases.begin(), cases.end(), [&](const ExactCase& x) { return x.id == o.id; });
         if (o.quantity != c.headline || (!c.has_ends && o.ends == EndCells::Paper)) continue;
         const bool half = o.ends == EndCells::Half;
-        result.claims.push_back({fmt::format("order in λ of the {} ({}), {}", c.headline, c.id,
-                                             !c.has_ends ? "far from the ends"
-                                             : half      ? "half cells"
-                                                         : "the paper's clamp"),
-                                 half ? 2.0 : 1.0, o.order, std::abs(o.order - (half ? 2 : 1)) <= 0.1, how});
+        result.claim(fmt::format("order in λ of the {} ({}), {}", c.headline, c.id,
+                                 !c.has_ends ? "far from the ends"
+                                 : half      ? "half cells"
+                                             : "the paper's clamp"),
+                     half ? 2.0 : 1.0, o.order, std::abs(o.order - (half ? 2 : 1)) <= 0.1, how);
     }
     const auto add = [&](const std::string& text, double expected, double measured, bool holds,
-                         const std::string& note) {
-        result.claims.push_back({text, expected, measured, holds, note});
-    };
+                         const std::string& note) { result.claim(text, expected, measured, holds, note); };
     add("force of a clamped wire on a wall at λ = 1 mm, half cells, off by [%]", 0.12, 100 * force_half,
         100 * force_half <= 0.12 * 1.1, "20 mm of wire; it goes as the square of λ over the wire's length");
     add("force of a clamped wire on a wall at λ = 1 mm, the paper's clamp, off by [%]", 6.9,
@@ -258,16 +244,11 @@ StudyResult run_accuracy(const StudyOptions& options) {
 
     std::string introduction =
         "A wire is a chain of straight segments with a spring at each joint. Here it is held to the exact "
-        "wire, the "
-        "elastica, in cases where that is known: from closed forms, or by integrating its differential "
-        "equations "
-        "(shooting, Runge and Kutta's fourth order in 4000 and 8000 steps), which know nothing of the chain. "
-        "With "
-        "**half cells** the first and the last joint stand for half of their one segment, as all others "
-        "stand for half "
-        "of each of their two: EI/(λ/2) at the clamp, half a segment's load and wall at the tip. By the "
-        "**paper's "
-        "clamp** they stand for a whole one.\n";
+        "wire, the elastica, in cases where that is known: from closed forms, or by integrating its "
+        "differential equations (shooting, Runge and Kutta's fourth order in 4000 and 8000 steps), which "
+        "know nothing of the chain. With **half cells** the first and the last joint stand for half of their "
+        "one segment, as all others stand for half of each of their two: EI/(λ/2) at the clamp, half a "
+        "segment's load and wall at the tip. By the **paper's clamp** they stand for a whole one.\n";
     for (const ExactCase& c : cases) introduction += fmt::format("\n- **{}**: {}.", c.id, c.text);
     double residual = 0, step_error = 0;
     for (const ExactCase& c : cases)
@@ -275,27 +256,19 @@ StudyResult run_accuracy(const StudyOptions& options) {
         step_error = std::max(step_error, c.exact_step_error);
     introduction += fmt::format(
         "\n\nEI = {:g} N·mm² but for nested rods. The exact curves miss what the tip asks for by {:.0e} N·mm "
-        "and N at "
-        "most and "
-        "move by {:.0e} mm when their steps are halved; the chains are at rest to a gradient over C of "
-        "{:.0e}. A tip "
-        "that alone meets a wall has the same stiffness by either rule and in the exact wire, {:g} N/mm on "
-        "the flat "
-        "wall and {:g} in the bent tube; helix and arc lie on {:g} N/mm for each mm of wire.\n\n{}",
+        "and N at most and move by {:.0e} mm when their steps are halved; the chains are at rest to a "
+        "gradient over C of {:.0e}. A tip that alone meets a wall has the same stiffness by either rule and "
+        "in the exact wire, {:g} N/mm on the flat wall and {:g} in the bent tube; helix and arc lie on {:g} "
+        "N/mm for each mm of wire.\n\n{}",
         exact_rigidity, residual, step_error, at_rest, flat_stiffness, bent_stiffness, per_length,
         io::to_markdown(orders, 3));
     introduction += fmt::format(
         "\nErrors of places are over the length of the wire, all others over the exact number. Where no "
-        "order is "
-        "given the error is rounding: the wall of an arc balances its compression in a polygon too.\n\n### "
-        "Processor "
-        "time\n\nThe wire through the bent tube, from the tube's axis: the global method until it is at rest "
-        "(the "
-        "median of nine starts), the paper's methods for {} cycles; the paper takes a wire for at rest after "
-        "200, "
-        "though fewer may do. A segment's length sets how near a method can come; the clamp, how fast it "
-        "comes "
-        "nearer as segments shrink.\n\n{}",
+        "order is given the error is rounding: the wall of an arc balances its compression in a polygon "
+        "too.\n\n### Processor time\n\nThe wire through the bent tube, from the tube's axis: the global "
+        "method until it is at rest (the median of nine starts), the paper's methods for {} cycles; the "
+        "paper takes a wire for at rest after 200, though fewer may do. A segment's length sets how near a "
+        "method can come; the clamp, how fast it comes nearer as segments shrink.\n\n{}",
         cycles, io::to_markdown(race, 3));
     result.tables = {std::move(errors), std::move(orders), std::move(race)};
     result.page = claims_page("accuracy", "How exact is a wire of segments?", introduction, result, options);

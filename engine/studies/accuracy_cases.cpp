@@ -45,6 +45,18 @@ double for_tip(double stiffness, EndCells ends) {
     return ends == EndCells::Half ? 2 * stiffness : stiffness;
 }
 
+/// Tip and farthest joint of a wire of this length, whose joint i lies off(i) from the exact wire's [mm], and
+/// its energy.
+std::vector<AgainstExact> compared(const Chain& wire, const LumenWall& wall, double length,
+                                   double exact_energy, const std::function<double(int)>& off) {
+    double farthest = 0, tip = 0;
+    for (int i = 0; i <= wire.segments(); ++i) farthest = std::max(farthest, tip = off(i));
+    const double energy = physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+    return {{"tip", 0, tip, tip / length},
+            {"farthest joint", 0, farthest, farthest / length},
+            relative("energy", exact_energy, energy)};
+}
+
 /// Compares tip, farthest joint, energy and, on a wall, the force of the tip with the exact wire in a plane.
 void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
     ExactStart fine = c.set(c.segments.back(), EndCells::Half);
@@ -57,20 +69,14 @@ void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
     c.exact_residual = curve.residual;
     c.exact_step_error = curve.step_error;
     c.measure = [curve, problem](const Chain& wire, const LumenWall& wall) {
-        const int n = wire.segments(), each = static_cast<int>(curve.points.size() - 1) / n;
-        double farthest = 0;
-        const auto off = [&](int i) {
+        const int each = static_cast<int>(curve.points.size() - 1) / wire.segments();
+        auto list = compared(wire, wall, problem.length, curve.energy, [&](int i) {
             const Vec2& x = curve.points[static_cast<std::size_t>(i) * each].place;
             return (wire.joints[i] - Vec3(x[0], x[1], 0)).norm();
-        };
-        for (int i = 0; i <= n; ++i) farthest = std::max(farthest, off(i));
-        const auto at = physics::all_contacts(wire, wall);
-        std::vector<AgainstExact> list = {
-            {"tip", 0, off(n), off(n) / problem.length},
-            {"farthest joint", 0, farthest, farthest / problem.length},
-            relative("energy", curve.energy, physics::total_energy(wire, at).total())};
+        });
         if (problem.wall)
-            list.push_back(relative("force", curve.points.back().force.norm(), at.back().force()));
+            list.push_back(relative("force", curve.points.back().force.norm(),
+                                    physics::all_contacts(wire, wall).back().force()));
         return list;
     };
 }
@@ -106,8 +112,7 @@ ExactCase bent_tube() {
     c.title = "wire through a bent tube: farthest joint";
     c.text = fmt::format(
         "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
-        "outer "
-        "wall",
+        "outer wall",
         bent_radius, bend);
     c.headline = "farthest joint";
     c.look = "lc rgb '#0072B2'";
@@ -168,10 +173,8 @@ ExactCase helix() {
     c.title = "helix in a cylinder: axial force";
     c.text = fmt::format(
         "200 mm of wire held short in a straight closed tube of radius {:g} mm, where it lies as a helix at "
-        "about "
-        "{:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r those "
-        "of "
-        "its joints",
+        "about {:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r "
+        "those of its joints",
         helix_radius, helix_pitch);
     c.headline = "axial force";
     c.look = "lc rgb '#009E73'";
@@ -213,8 +216,7 @@ ExactCase arc() {
     c.title = "arc in a bent tube: bending moment";
     c.text = fmt::format(
         "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
-        "in the "
-        "middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
+        "in the middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
         arc_radius, arc_bend_radius);
     c.headline = "moment";
     c.look = "lc rgb '#CC79A7'";
@@ -270,8 +272,7 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
     c.title = fmt::format("{}: farthest joint", id);
     c.text = fmt::format(
         "{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another (EI {:g} N·mm², {:g} "
-        "mm), "
-        "free, their planes {:g}° apart",
+        "mm), free, their planes {:g}° apart",
         inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity, 1 / outer_bend, apart);
     c.headline = "farthest joint";
     c.look = look;
@@ -301,21 +302,14 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
             x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * way);
             frame = Eigen::AngleAxisd(turn, u.cross(way)) * frame;
         };
-        double farthest = 0, off = 0;
-        for (int i = 0; i <= wire.segments(); ++i) {
+        return compared(wire, wall, inner_length, energy, [&](int i) {
             const double s = i * wire.grid.segment_length;
             Vec3 x = wire.joints[0];
             geometry::Mat3 frame = start;
             if (s > 0) along(both, std::min(s, outer_length), x, frame);
             if (s > outer_length) along(inner, s - outer_length, x, frame);
-            off = (wire.joints[i] - x).norm();
-            farthest = std::max(farthest, off);
-        }
-        std::vector<AgainstExact> list = {{"tip", 0, off, off / inner_length},
-                                          {"farthest joint", 0, farthest, farthest / inner_length}};
-        list.push_back(relative("energy", energy,
-                                physics::total_energy(wire, physics::all_contacts(wire, wall)).total()));
-        return list;
+            return (wire.joints[i] - x).norm();
+        });
     };
     return c;
 }
@@ -327,8 +321,7 @@ ExactCase ahead_of_a_catheter() {
     c.title = "wire ahead of a catheter: tip";
     c.text = fmt::format(
         "{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), clamped level, under "
-        "{:g} "
-        "N/mm",
+        "{:g} N/mm",
         length, wire, covered, catheter, load);
     c.headline = "tip";
     c.look = "lc rgb '#44AA99'";

@@ -1,10 +1,7 @@
-#include "engine/studies/anatomy.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
-#include <numbers>
 
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -13,6 +10,8 @@
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/anatomy_sign.h"
 #include "engine/studies/import_truth.h"
+#include "engine/studies/runs.h"
+#include "engine/studies/work.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/vec.h"
 
@@ -46,13 +45,11 @@ anatomy::Anatomy add_row(io::Table& table, std::string_view preset, std::uint64_
                              after = geometry::topology(anatomy.lumen);
     const anatomy::TriangleAngles angles = anatomy::smallest_angles(anatomy.lumen);
     const std::vector<double> errors = centroid_errors(anatomy.lumen, closed.implicit);
-    table.add({std::string(preset), static_cast<double>(seed), spent,
-               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / geometry::degree,
+    table.add({preset, seed, spent, anatomy.lumen.triangles.size(), angles.least / geometry::degree,
                angles.percentile / geometry::degree, errors[errors.size() / 2],
-               errors[errors.size() * 99 / 100], errors.back(), static_cast<double>(before.boundary_edges),
-               static_cast<double>(anatomy::euler_characteristic(closed.mesh)),
-               static_cast<double>(after.non_manifold_edges),
-               static_cast<double>(anatomy::self_intersections(anatomy.lumen))});
+               errors[errors.size() * 99 / 100], errors.back(), before.boundary_edges,
+               anatomy::euler_characteristic(closed.mesh), after.non_manifold_edges,
+               anatomy::self_intersections(anatomy.lumen)});
     return anatomy;
 }
 
@@ -67,9 +64,8 @@ void add_import(io::Table& table, const std::string& name, const anatomy::Anatom
     const anatomy::ImportedLumen lumen = anatomy::import_lumen(mesh, truth.name, options);
     const double spent = io::thread_cpu_seconds() - start;
     const ImportErrors errors = import_errors(truth, lumen.anatomy);
-    table.add({name, spent, static_cast<double>(errors.branches), static_cast<double>(errors.true_branches),
-               static_cast<double>(errors.invented), static_cast<double>(errors.ends),
-               static_cast<double>(errors.true_ends), errors.end_centre, 100 * errors.end_radius,
+    table.add({name, spent, errors.branches, errors.true_branches, errors.invented, errors.ends,
+               errors.true_ends, errors.end_centre, 100 * errors.end_radius,
                errors.end_normal / geometry::degree, errors.centre_p50, errors.centre_p95, errors.centre_max,
                100 * errors.radius_p50, 100 * errors.radius_p95});
 }
@@ -83,9 +79,8 @@ void add_real(io::Table& table, const std::filesystem::path& mesh) {
     const double start = io::thread_cpu_seconds();
     const anatomy::Anatomy anatomy = anatomy::import_lumen(mesh, options).anatomy;
     const double spent = io::thread_cpu_seconds() - start, none = std::nan("");
-    table.add({mesh.filename().string(), spent, static_cast<double>(anatomy.branches.size()), none, none,
-               static_cast<double>(anatomy.ends.size()), none, none, none, none, none, none, none, none,
-               none});
+    table.add({mesh.filename().string(), spent, anatomy.branches.size(), none, none, anatomy.ends.size(),
+               none, none, none, none, none, none, none, none, none});
 }
 
 io::Plot anatomy_picture() {
@@ -98,8 +93,7 @@ io::Plot anatomy_picture() {
         "'#0072B2'\n"
         "set title 'Distance of triangles from the vessel [µm]: half, 99 %, all within'\nset key top right\n"
         "plot 'generator.csv' skip 1 using 0:(1000*$9):xtic(int($0)%2 == 0 ? strcol(1) : '') with boxes "
-        "linecolor '#D55E00' title 'all', "
-        "\\\n"
+        "linecolor '#D55E00' title 'all', \\\n"
         "     '' skip 1 using 0:(1000*$8) with boxes linecolor '#E69F00' title '99 %', \\\n"
         "     '' skip 1 using 0:(1000*$7) with boxes linecolor '#F0E442' title 'half'\n"
         "unset multiplot\n";
@@ -114,23 +108,20 @@ StudyResult run_anatomy(const StudyOptions& options) {
     io::Table table{"generator",
                     {"preset", "seed", "cpu_s", "triangles", "least_angle_deg", "p1_angle_deg",
                      "error_p50_mm", "error_p99_mm", "error_max_mm", "boundary_edges_before_cut",
-                     "euler_before_cut", "non_manifold_edges", "self_intersections"},
-                    {}};
+                     "euler_before_cut", "non_manifold_edges", "self_intersections"}};
     io::Table imports{"importer",
                       {"case", "cpu_s", "branches", "true_branches", "invented", "ends", "true_ends",
                        "end_centre_max_mm", "end_radius_max_percent", "end_normal_max_deg", "centre_p50_mm",
-                       "centre_p95_mm", "centre_max_mm", "radius_p50_percent", "radius_p95_percent"},
-                      {}};
+                       "centre_p95_mm", "centre_max_mm", "radius_p50_percent", "radius_p95_percent"}};
     const auto presets = anatomy::vessel_presets();
     const int seeds = options.quick ? 1 : 2, of = static_cast<int>(presets.size()) * (seeds + 1) + 3;
-    int done = 0;
+    Work work(options, of);
     std::vector<anatomy::Anatomy> truths;  // of seed 0
     for (const anatomy::VesselPreset& preset : presets) {
         for (int seed = 0; seed < seeds; ++seed) {
             anatomy::Anatomy made = add_row(table, preset.name, static_cast<std::uint64_t>(seed));
             if (seed == 0) truths.push_back(std::move(made));
-            if (options.progress)
-                options.progress({++done, of, fmt::format("{}, seed {}", preset.name, seed)});
+            work.tell(fmt::format("{}, seed {}", preset.name, seed));
         }
     }
     for (const anatomy::Anatomy& truth : truths) {
@@ -139,42 +130,35 @@ StudyResult run_anatomy(const StudyOptions& options) {
         const TriangleMesh closed = flat_capped(truth.lumen);
         add_import(imports, truth.name + ", capped", truth, closed);
         add_import(imports, truth.name + ", capped, corrupted", truth, corrupted(closed, 1));
-        if (options.progress) options.progress({++done, of, fmt::format("{} imported", truth.name)});
+        work.tell(fmt::format("{} imported", truth.name));
     }
     for (const char* mesh : {"sofa_carotids.stl", "sofa_phantom.obj", "carotid_stenosis_lumen.stl",
                              "steve_thrombectomy_remesh.obj"})
         add_real(imports, options.real_meshes / mesh);
-    if (options.progress) options.progress({++done, of, "real meshes imported"});
+    work.tell("real meshes imported");
     io::Table signs = sign_table();
     for (const char* preset : {"arch-1", "lca"}) {
         add_signs(signs, preset, options);
-        if (options.progress) options.progress({++done, of, fmt::format("{} inside and outside", preset)});
+        work.tell(fmt::format("{} inside and outside", preset));
     }
     StudyResult result;
     result.page =
         "# Generated vessels\n\nGenerated by `seldinger study anatomy" +
         std::string(options.quick ? " --quick" : "") +
-        "`; never edited by hand.\n\n## The generator\n\nOne thread. Angles are the least of each "
-        "triangle: of all, and such that 1 % are smaller. The error is the distance of a triangle's "
-        "centroid from the implicit surface. Euler's characteristic of a closed surface without "
-        "handles is 2, and 0 where vessels make a loop, as the circle of Willis does. From a mesh with "
-        "several "
-        "inlets the importer makes one tree: branches end elsewhere then, which counts as "
-        "invented.\n\n![Time and error](generator.svg)\n\n" +
+        "`; never edited by hand.\n\n## The generator\n\nOne thread. Angles are the least of each triangle: "
+        "of all, and such that 1 % are smaller. The error is the distance of a triangle's centroid from the "
+        "implicit surface. Euler's characteristic of a closed surface without handles is 2, and 0 where "
+        "vessels make a loop, as the circle of Willis does. From a mesh with several inlets the importer "
+        "makes one tree: branches end elsewhere then, which counts as invented.\n\n![Time and "
+        "error](generator.svg)\n\n" +
         io::to_markdown(table) +
         "\n## The importer\n\nThe same vessels from their meshes alone; corrupted: 1 % of the triangles "
-        "missing, "
-        "5 % turned, fins on 1 %, corners off by up to 0.01 mm along each axis; capped: closed by flat "
-        "patches at the ends. Ends: the largest differences of centre, radius and normal. Centreline: "
-        "distance of the "
-        "true "
-        "places from the found lines. A place counts unless another true branch is nearer, wall to wall, "
-        "than 0.8 "
-        "of the smaller radius, as far as the generator blends them, or it is within a radius of an end. "
-        "Radius: "
-        "difference over the true one, there. Meshes from elsewhere have no truth beside them and stand here "
-        "where "
-        "they are to be had.\n\n" +
+        "missing, 5 % turned, fins on 1 %, corners off by up to 0.01 mm along each axis; capped: closed by "
+        "flat patches at the ends. Ends: the largest differences of centre, radius and normal. Centreline: "
+        "distance of the true places from the found lines. A place counts unless another true branch is "
+        "nearer, wall to wall, than 0.8 of the smaller radius, as far as the generator blends them, or it is "
+        "within a radius of an end. Radius: difference over the true one, there. Meshes from elsewhere have "
+        "no truth beside them and stand here where they are to be had.\n\n" +
         io::to_markdown(imports) + sign_text() + io::to_markdown(signs);
     result.tables = {std::move(table), std::move(imports), std::move(signs)};
     result.plots = {anatomy_picture()};

@@ -203,10 +203,8 @@ void add_wall(io::Table& table, const std::string& preset, const std::string& me
                  each = query_seconds(wall, truth.anywhere());
     const Misses crossings = misses(wall, truth.segments());
     table.add({preset, mesh, loading, name, anywhere, percent_wrong(wall, truth.at_carinas()),
-               static_cast<double>(truth.at_carinas().size()),
-               static_cast<double>(contacts_past_ends(wall, truth)), 1e6 * each,
-               static_cast<double>(crossings.deep), static_cast<double>(crossings.missed),
-               crossings.deepest_missed});
+               truth.at_carinas().size(), contacts_past_ends(wall, truth), 1e6 * each, crossings.deep,
+               crossings.missed, crossings.deepest_missed});
 }
 
 }  // namespace
@@ -215,8 +213,7 @@ io::Table sign_table() {
     return {"sign",
             {"preset", "mesh", "load_anatomy", "wall", "wrong_anywhere_percent", "wrong_at_carinas_percent",
              "places_at_carinas", "contacts_past_ends", "query_us", "crossings", "missed_crossings",
-             "deepest_missed_mm"},
-            {}};
+             "deepest_missed_mm"}};
 }
 
 void add_signs(io::Table& table, std::string_view preset, const StudyOptions& options) {

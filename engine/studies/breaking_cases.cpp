@@ -17,7 +17,6 @@ namespace {
 
 using geometry::Polyline;
 using geometry::Vec3;
-using physics::Chain;
 using physics::TubeWall;
 
 constexpr double fixed_rigidity = 50,
@@ -65,10 +64,9 @@ BreakingCase head_on(bool quick, bool exact) {
     c.symmetry = exact ? Symmetry::RoundAboutX : Symmetry::MirrorZ;
     c.bowed_reference = true;
     if (exact)
-        return named(
-            c, "head_on_exact", "head-on exact",
-            "A wire on the axis of a straight tube of radius 2 mm, pushed six segments into its round "
-            "end, 4 mm ahead of the tip.");
+        return named(c, "head_on_exact", "head-on exact",
+                     "A wire on the axis of a straight tube of radius 2 mm, pushed six segments into its "
+                     "round end, 4 mm ahead of the tip.");
     return named(c, "head_on", "head-on perturbed", "The same with the entry tilted by 1e-3 rad.");
 }
 
@@ -85,10 +83,9 @@ BreakingCase fold(bool quick, bool exact) {
     c.symmetry = exact ? Symmetry::RoundAboutX : Symmetry::MirrorZ;
     c.bowed_reference = true;
     if (exact)
-        return named(
-            c, "fold_exact", "180° fold exact",
-            "A wire folded back onto itself in a straight tube of radius 5 mm: at the fold Eq. 1 has "
-            "no moment.");
+        return named(c, "fold_exact", "180° fold exact",
+                     "A wire folded back onto itself in a straight tube of radius 5 mm: at the fold Eq. 1 "
+                     "has no moment.");
     return named(c, "fold", "180° fold perturbed", "The same with a fold of π − 0.01 rad.");
 }
 
@@ -105,10 +102,9 @@ BreakingCase burst(bool quick, int inserted) {
 BreakingCase wide_tube(bool quick) {
     BreakingCase c = in_scene("spatial", quick ? 60 : 160, 1, 4, 1);
     c.cycles = quick ? 60 : 150;
-    return named(
-        c, "wide_tube", "flat energy in a wide tube",
-        "The spatial tube four times as wide (radius 8 mm): few contacts, an energy that is flat about "
-        "its minimum.");
+    return named(c, "wide_tube", "flat energy in a wide tube",
+                 "The spatial tube four times as wide (radius 8 mm): few contacts, an energy that is flat "
+                 "about its minimum.");
 }
 
 BreakingCase tight_hairpin(bool quick) {

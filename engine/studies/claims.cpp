@@ -9,6 +9,7 @@
 namespace studies {
 namespace {
 
+/// Those of published claims, then of the other kinds in their order.
 constexpr std::array<const char*, 6> classes = {"reproduced", "differs", "calibrated",
                                                 "identity",   "machine", "extension"};
 
@@ -33,19 +34,8 @@ std::string verdict(const Claim& claim) {
 }  // namespace
 
 std::string class_of(const Claim& claim) {
-    switch (claim.kind) {
-        case ClaimKind::Published:
-            return claim.holds ? "reproduced" : "differs";
-        case ClaimKind::Calibrated:
-            return "calibrated";
-        case ClaimKind::Identity:
-            return "identity";
-        case ClaimKind::Machine:
-            return "machine";
-        case ClaimKind::Extension:
-            break;
-    }
-    return "extension";
+    if (claim.kind == ClaimKind::Published) return claim.holds ? "reproduced" : "differs";
+    return classes[static_cast<std::size_t>(claim.kind) + 1];
 }
 
 void FigureClaims::counted(bool quick, std::string text, double published, double here, double measured,
@@ -94,7 +84,7 @@ std::string claims_json(std::span<const ClaimList> lists) {
 }
 
 io::Table claims_table(std::span<const Claim> claims, const std::string& figure) {
-    io::Table table{"claims", {"claim", "published", "measured", "verdict", "holds when", "note"}, {}};
+    io::Table table{"claims", {"claim", "published", "measured", "verdict", "holds when", "note"}};
     for (const Claim& claim : claims)
         if (claim.figure == figure)
             table.add({claim.text, cell_text(claim.published), cell_text(claim.measured), verdict(claim),
@@ -122,8 +112,7 @@ std::string claims_page(std::string_view id, const std::string& title, const std
     if (options.quick)
         text +=
             "With `--quick` scenes and cycles are fewer and smaller than the paper's: only the full size "
-            "decides "
-            "whether a claim holds.\n\n";
+            "decides whether a claim holds.\n\n";
     for (const std::string& figure : figures_of(result.claims)) {
         if (!figure.empty()) text += fmt::format("### {}\n\n", figure);
         for (const auto& [of, note] : result.notes)

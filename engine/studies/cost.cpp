@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <span>
@@ -8,8 +7,8 @@
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/wall/mesh_wall.h"
 
@@ -128,21 +127,18 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
                  const std::vector<CycleCost>& printed, int segments, bool quick) {
     FigureClaims table(result, "Table 1",
                        "Times are processor times of one thread of the machine that ran this study; "
-                       "published ones are of an "
-                       "Intel Core i7-4500U at 1.8 GHz. Work is counted.");
+                       "published ones are of an Intel Core i7-4500U at 1.8 GHz. Work is counted.");
     const double n = segments;
     table.counted(quick, "solutions in one cycle, N(N+1)/2", 20.1e3, 0.5 * n * (n + 1), mesh[0].updates,
                   0.0025, "within a quarter of a per cent, by which the published number is rounded",
                   fmt::format("N = {}.", segments));
     const double interactions = mesh[0].queries + mesh[0].updates;
-    table.counted(
-        quick, "wall interactions in one cycle with M = 1, Σ b(N − b + 2)", 1.37e6,
-        n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, interactions, 0.0075,
-        "within three quarters of a per cent, by which the published number is rounded",
-        fmt::format(
-            "The published number counts one more an update than the N − b + 1 joints that move: {:.0f} for "
-            "N = {}. So counted here.",
-            n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, segments));
+    table.counted(quick, "wall interactions in one cycle with M = 1, Σ b(N − b + 2)", 1.37e6,
+                  n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, interactions, 0.0075,
+                  "within three quarters of a per cent, by which the published number is rounded",
+                  fmt::format("The published number counts one more an update than the N − b + 1 joints that "
+                              "move: {:.0f} for N = {}. So counted here.",
+                              n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, segments));
     for (int m = 1; m <= 3; ++m)
         table.add(ClaimKind::Machine, fmt::format("wall of one cycle with M = {} [s]", m),
                   published_surface[m - 1], mesh[m - 1].surface,
@@ -163,7 +159,7 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
                            costs[1].surface / costs[1].solution(), costs[2].surface / costs[2].solution());
     };
     table.add(ClaimKind::Machine, "solving becomes dominant as M grows: wall over solution with M = 1, 2, 3",
-              std::string("0.995, 0.561, 0.295"), over(printed), printed[2].solution() > printed[2].surface,
+              "0.995, 0.561, 0.295", over(printed), printed[2].solution() > printed[2].surface,
               "below 1 with M = 3", fmt::format("4M × 4M, as printed; in 2M tangents {}.", over(mesh)));
     // Unknowns of the printed system times solutions: M segments of 4 each; the wall is asked as often for
     // any M.
@@ -172,10 +168,8 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
     };
     table.published(
         "solving becomes dominant as M grows, by counted work times published unit costs, 10 µs a varied "
-        "segment: "
-        "wall over solution with M = 1, 2, 3",
-        std::string("0.995, 0.561, 0.295"),
-        fmt::format("{:.3f}, {:.3f}, {:.3f}", counted(1), counted(2), counted(3)),
+        "segment: wall over solution with M = 1, 2, 3",
+        "0.995, 0.561, 0.295", fmt::format("{:.3f}, {:.3f}, {:.3f}", counted(1), counted(2), counted(3)),
         counted(1) > counted(2) && counted(2) > counted(3) && std::abs(counted(2) / 0.561 - 1) < 0.25 &&
             std::abs(counted(3) / 0.295 - 1) < 0.25,
         "it falls, and those with M = 2 and 3 are within a quarter",
@@ -218,20 +212,20 @@ void claim_ratios(StudyResult& result, const std::vector<CycleCost>& mesh,
     const auto best = std::min_element(cost.begin(), cost.end()) - cost.begin() + 1;
     section.published(
         "the best outcomes in time are those of M = 2 and M = 3: cycles needed times the published t_M/t_1",
-        std::string("M = 2, 3"), of_each(cost, "{:.1f}"), best == 2 || best == 3,
+        "M = 2, 3", of_each(cost, "{:.1f}"), best == 2 || best == 3,
         "the least product is that of M = 2 or 3");
     section.published("performance does not improve with M > 3: cycles needed times the published t_M/t_1",
-                      std::string("does not improve"), of_each(cost, "{:.1f}"),
+                      "does not improve", of_each(cost, "{:.1f}"),
                       cost[3] >= std::min({cost[0], cost[1], cost[2]}),
                       "the product of M = 4 is not the least");
     section.published("the number of cycles necessary to relax the wire decreases with M [cycles]",
-                      std::string("decreases"), of_each({needed[0], needed[1], needed[2]}, "{:.1f}"),
+                      "decreases", of_each({needed[0], needed[1], needed[2]}, "{:.1f}"),
                       needed[1] < needed[0] && needed[2] < needed[1], "from M = 1 to 2 and to 3",
                       "Two or three segments take about as many cycles on this tube.");
     std::vector<double> own;
     for (int m = 1; m <= most_turns; ++m) own.push_back(needed[m - 1] * mesh[m - 1].total);
-    section.add(ClaimKind::Machine, "the same by the time of a cycle on this machine [s]",
-                std::string("M = 2, 3"), of_each(own, "{:.2f}"), true, "");
+    section.add(ClaimKind::Machine, "the same by the time of a cycle on this machine [s]", "M = 2, 3",
+                of_each(own, "{:.2f}"), true, "");
 }
 
 /// `most`: the longest cycle, so that all panels have one scale [s].
@@ -259,10 +253,9 @@ io::Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls, 
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Processor time of a relaxation cycle, the mean of the first ten, beside the paper's Table 1, which "
-        "is of another "
-        "machine: {}. In all but the last every joint that moves is asked, as in the paper; there only those "
-        "that may have "
-        "come to touch. 4M × 4M: solved as the paper prints it, else in 2M tangents.",
+        "is of another machine: {}. In all but the last every joint that moves is asked, as in the paper; "
+        "there only those that may have come to touch. 4M × 4M: solved as the paper prints it, else in 2M "
+        "tangents.",
         scene.text());
     return plot;
 }
@@ -278,8 +271,7 @@ io::Plot ratios_plot(const PaperScene& scene, const std::vector<WallChoice>& wal
         plot.commands += fmt::format("{},{}\n", m + 1, published_ratios[m]);
     plot.commands +=
         "END\nplot $published using 1:2 with linespoints pt 7 ps 1.4 dt 2 lw 2 lc rgb 'black' title "
-        "'published: 1.52, 2.67, "
-        "4.83'";
+        "'published: 1.52, 2.67, 4.83'";
     for (std::size_t k = 0; k < walls.size(); ++k)
         plot.commands += fmt::format(
             ", \\\n     '< grep \"^{0},\" cost.csv' using 2:6 with linespoints pt {1} lw 2 lc rgb '{2}' "
@@ -288,9 +280,8 @@ io::Plot ratios_plot(const PaperScene& scene, const std::vector<WallChoice>& wal
     plot.commands += "\n";
     plot.caption = fmt::format(
         "Processor time of a cycle with M varied segments over that with one (the paper's Section 3.2): {}. "
-        "The ratio "
-        "follows what a wall query costs beside a solution: the published wall took as long as the solution "
-        "of M = 1.",
+        "The ratio follows what a wall query costs beside a solution: the published wall took as long as the "
+        "solution of M = 1.",
         scene.text());
     return plot;
 }
@@ -325,13 +316,12 @@ StudyResult run_cost(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"cost",
                     {"wall", "varied_segments", "wall_cpu_s", "solution_cpu_s", "cycle_cpu_s", "over_one",
-                     "wall_queries", "updates", "cycles_needed"},
-                    {}};
+                     "wall_queries", "updates", "cycles_needed"}};
     for (std::size_t w = 0; w < walls.size(); ++w)
         for (int m = 1; m <= most_turns; ++m) {
             const CycleCost& c = costs[w][m - 1];
-            table.add({walls[w].name, static_cast<double>(m), c.surface, c.solution(), c.total,
-                       c.total / costs[w][0].total, c.queries, c.updates, needed[m - 1]});
+            table.add({walls[w].name, m, c.surface, c.solution(), c.total, c.total / costs[w][0].total,
+                       c.queries, c.updates, needed[m - 1]});
         }
     claim_table(result, costs[0], costs[1], scene.segments(), options.quick);
     claim_ratios(result, costs[0], costs[1], costs.back(), needed, joint);
@@ -339,20 +329,17 @@ StudyResult run_cost(const StudyOptions& options) {
     for (const auto& of_wall : costs)
         for (const CycleCost& cost : of_wall) most = std::max(most, cost.surface + cost.solution());
     result.plots = {picture(scene, walls, most), ratios_plot(scene, walls)};
-    result.page =
-        claims_page("cost", "What a relaxation cycle costs",
-                    fmt::format("{}. From the centreline, the mean of the first {} cycles, "
-                                "processor time of one "
-                                "thread. Segments are solved for in 2M tangents, but as the "
-                                "paper prints it, 4M × 4M by LU, where said. The wall's part is that of "
-                                "answering the same questions "
-                                "again, in the same order. Cycles needed are "
-                                "those after which |d_{}| stays within 0.1 mm. Walls: *{}*: {} ({} "
-                                "triangles); *{}*: {}; *{}*: {}; *{}*: {}.\n\n{}",
-                                scene.text(), cycles, joint, walls[0].name, walls[0].what,
-                                anatomy.lumen.triangles.size(), walls[1].name, walls[1].what, walls[2].name,
-                                walls[2].what, walls[3].name, walls[3].what, io::to_markdown(table, 3)),
-                    result, options);
+    result.page = claims_page(
+        "cost", "What a relaxation cycle costs",
+        fmt::format("{}. From the centreline, the mean of the first {} cycles, processor time of one thread. "
+                    "Segments are solved for in 2M tangents, but as the paper prints it, 4M × 4M by LU, "
+                    "where said. The wall's part is that of answering the same questions again, in the same "
+                    "order. Cycles needed are those after which |d_{}| stays within 0.1 mm. Walls: *{}*: {} "
+                    "({} triangles); *{}*: {}; *{}*: {}; *{}*: {}.\n\n{}",
+                    scene.text(), cycles, joint, walls[0].name, walls[0].what, anatomy.lumen.triangles.size(),
+                    walls[1].name, walls[1].what, walls[2].name, walls[2].what, walls[3].name, walls[3].what,
+                    io::to_markdown(table, 3)),
+        result, options);
     result.tables = {std::move(table)};
     return result;
 }

@@ -1,5 +1,3 @@
-#include "engine/studies/devices.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,8 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/energy_balance.h"
 #include "engine/studies/plain_wire.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/twisted_shaft.h"
 #include "engine/studies/work.h"
 #include "physics/relax/hub.h"
@@ -185,13 +185,9 @@ struct DeviceCost {
     double friction, torsional_rigidity;
     bool catheter = false;           // over the wire
     bool each = false;               // segment twists by itself
-    std::vector<double> times = {};  // of a part of a push, sorted [ms]
+    std::vector<double> times = {};  // of a part of a push [ms]
     double steps = 0, segments = 0;
     int unconverged = 0;
-    double quantile(double share) const {
-        return times[std::min(times.size() - 1,
-                              static_cast<std::size_t>(share * static_cast<double>(times.size())))];
-    }
 };
 
 /// The wire 100 mm inside and a catheter of twice its stiffness over 80 mm of it, each with a curved tip.
@@ -239,7 +235,6 @@ void measure(const anatomy::Scene& scene, int pushes, DeviceCost& cost) {
         cost.unconverged += !report.relax.converged();
     }
     cost.segments = wire.segments();
-    std::sort(cost.times.begin(), cost.times.end());
 }
 
 io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
@@ -251,70 +246,58 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         "set xrange [40:200]\nset yrange [0:*]\nplot ";
     const std::array<double, 3> capstan_frictions = {0.1, 0.2, 0.3};
     for (std::size_t k = 0; k < capstan_frictions.size(); ++k)
-        plot.commands += fmt::format(
-            "{}'devices_capstan.csv' skip 1 using 1:($2 == {} ? $4 : 1/0) with linespoints pt 0 lc rgb '{}' "
-            "title 'μ = "
-            "{}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb '{}' title "
-            "'wire'",
-            k > 0 ? ", \\\n     " : "", capstan_frictions[k], devices_colours[k], capstan_frictions[k],
-            capstan_frictions[k], devices_colours[k]);
+        plot.curve(fmt::format(
+            "'devices_capstan.csv' skip 1 using 1:($2 == {} ? $4 : 1/0) with linespoints pt 0 lc rgb '{}' "
+            "title 'μ = {}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb "
+            "'{}' title 'wire'",
+            capstan_frictions[k], devices_colours[k], capstan_frictions[k], capstan_frictions[k],
+            devices_colours[k]));
     plot.commands +=
         "\nset key at graph 0.27,0.43\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset "
-        "ylabel "
-        "'force of the hand "
-        "[N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
+        "ylabel 'force of the hand [N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
     for (std::size_t k = 0; k < frictions.size(); ++k)
-        plot.commands += fmt::format(
-            "{}'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
+        plot.curve(fmt::format(
+            "'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
             "= {}'",
-            k > 0 ? ", \\\n     " : "", frictions[k], devices_colours[k], frictions[k]);
+            frictions[k], devices_colours[k], frictions[k]));
     plot.commands +=
         "\nset key default top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset "
-        "ylabel "
-        "'tip [deg]'\nset "
-        "xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
+        "ylabel 'tip [deg]'\nset xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
     for (std::size_t k = 0; k < whips.size(); ++k)
-        plot.commands += fmt::format(
-            "{}'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
+        plot.curve(fmt::format(
+            "'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
             "'{}'",
-            k > 0 ? ", \\\n     " : "", k, devices_colours[k],
+            k, devices_colours[k],
             whips[k].stiffness == 0 ? std::string("rigid")
-                                    : fmt::format("{:.3f} N mm/rad", whips[k].stiffness));
+                                    : fmt::format("{:.3f} N mm/rad", whips[k].stiffness)));
     plot.commands +=
         "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
-        "y\nset style "
-        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset ytics "
-        "auto\nset yrange "
-        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, 'segments' 4, 'catheter' 5, "
-        "'all' 6)\nset key "
-        "default top left\n"
+        "y\nset style fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset "
+        "ytics auto\nset yrange [0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, "
+        "'segments' 4, 'catheter' 5, 'all' 6)\nset key default top left\n"
         "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
-        "skip 1 using "
-        "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\n"
+        "skip 1 using ($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\n"
         "set title 'A pressed shaft is held back along its length'\nset xlabel 'hub [deg]'\nset ylabel 'end "
         "[deg]'\nset xtics 60\nset ytics 60\nset xrange [0:*]\nset yrange [-10:*]\nset key default top "
         "left\nplot ";
     for (std::size_t k = 0; k < held_frictions.size(); ++k)
-        plot.commands += fmt::format(
-            "{}'devices_held.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
-            "= "
-            "{}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
+        plot.curve(fmt::format(
+            "'devices_held.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
+            "= {}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
             "'#555555' {}",
-            k > 0 ? ", \\\n     " : "", held_frictions[k], devices_colours[k], held_frictions[k],
-            held_frictions[k], k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle");
+            held_frictions[k], devices_colours[k], held_frictions[k], held_frictions[k],
+            k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle"));
     plot.commands +=
-        "\nset xtics 90\nset ytics 90\nset xrange [0:360]\nset yrange [0:360]\nset "
-        "ylabel 'tip [deg]'\n";
+        "\nset xtics 90\nset ytics 90\nset xrange [0:360]\nset yrange [0:360]\nset ylabel 'tip [deg]'\n";
     const auto against_equation = [&](const char* title, const char* table, const char* unit,
                                       std::span<const double> values) {
         plot.commands += fmt::format("set title '{}'\nplot ", title);
         for (std::size_t k = 0; k < values.size(); ++k)
-            plot.commands += fmt::format(
-                "{0}'{1}.csv' skip 1 using ($1 == {2} ? $2 : 1/0):3 with points pt 7 ps 0.4 lc rgb '{3}' "
-                "title '{4}', '' skip 1 using ($1 == {2} ? $4 : 1/0):3 with lines dt 2 lc rgb '#555555' {5}",
-                k > 0 ? ", \\\n     " : "", table, values[k], devices_colours[k],
-                fmt::format(fmt::runtime(unit), values[k]),
-                k + 1 == values.size() ? "title 'equation'" : "notitle");
+            plot.curve(fmt::format(
+                "'{0}.csv' skip 1 using ($1 == {1} ? $2 : 1/0):3 with points pt 7 ps 0.4 lc rgb '{2}' "
+                "title '{3}', '' skip 1 using ($1 == {1} ? $4 : 1/0):3 with lines dt 2 lc rgb '#555555' {4}",
+                table, values[k], devices_colours[k], fmt::format(fmt::runtime(unit), values[k]),
+                k + 1 == values.size() ? "title 'equation'" : "notitle"));
         plot.commands += "\n";
     };
     against_equation("A curved rod in a curved tube", "devices_snap", "L = {} mm", rod_lengths);
@@ -322,14 +305,11 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
     plot.commands += "unset multiplot\n";
     plot.caption =
         "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
-        "back in the "
-        "sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the shaft's stiffness "
-        "against "
-        "torsion, and the processor time of half a segment's push at N = 100 and more, alone and with a "
-        "catheter "
-        "over the wire. Last: shafts that twist segment by segment: one pressed on a wall, which friction "
-        "holds back, a precurved rod in a bend, and two precurved tubes in each other, which snap where they "
-        "are too long.";
+        "back in the sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the "
+        "shaft's stiffness against torsion, and the processor time of half a segment's push at N = 100 and "
+        "more, alone and with a catheter over the wire. Last: shafts that twist segment by segment: one "
+        "pressed on a wall, which friction holds back, a precurved rod in a bend, and two precurved tubes in "
+        "each other, which snap where they are too long.";
     return plot;
 }
 
@@ -391,145 +371,126 @@ StudyResult run_devices(const StudyOptions& options) {
     for (DeviceCost& cost : costs) measure(scene, options.quick ? 40 : 180, cost);
 
     StudyResult result;
-    io::Table bend{
-        "devices_capstan", {"angle_deg", "friction", "hand_N", "closed_form_N", "off_percent"}, {}};
+    io::Table bend{"devices_capstan", {"angle_deg", "friction", "hand_N", "closed_form_N", "off_percent"}};
     for (const Capstan& c : capstans) {
         bend.add({c.angle, c.friction, c.measured, c.exact, 100 * c.error()});
-        result.claims.push_back(
-            {fmt::format("capstan: {} deg, friction {}: force of the hand [N]", c.angle, c.friction), c.exact,
-             c.measured, c.error() < 0.01, "Closed form; within 1 %."});
+        result.claim(fmt::format("capstan: {} deg, friction {}: force of the hand [N]", c.angle, c.friction),
+                     c.exact, c.measured, c.error() < 0.01, "Closed form; within 1 %.");
     }
-    io::Table in_and_out{"devices_loop", {"friction", "inserted_mm", "hand_N"}, {}};
-    io::Table balance{
-        "devices_balance", {"friction", "work_N_mm", "gained_N_mm", "loss_N_mm", "off_percent"}, {}};
+    io::Table in_and_out{"devices_loop", {"friction", "inserted_mm", "hand_N"}};
+    io::Table balance{"devices_balance",
+                      {"friction", "work_N_mm", "gained_N_mm", "loss_N_mm", "off_percent"}};
     for (const Loop& l : loops) {
         for (const auto& [inserted, force] : l.curve) in_and_out.add({l.friction, inserted, force});
         balance.add({l.friction, l.work, l.gained, l.loss, 100 * l.error()});
-        result.claims.push_back(
-            {fmt::format("loop of push and pull, friction {}: work of the hand [N mm]", l.friction),
-             l.gained + l.loss, l.work, l.error() < 0.01,
-             "The wire's gain of energy and its loss by friction; within 1 % of the loss."});
+        result.claim(fmt::format("loop of push and pull, friction {}: work of the hand [N mm]", l.friction),
+                     l.gained + l.loss, l.work, l.error() < 0.01,
+                     "The wire's gain of energy and its loss by friction; within 1 % of the loss.");
     }
-    io::Table turned{"devices_whip", {"curve", "shaft_N_mm", "hub_deg", "tip_deg"}, {}};
+    io::Table turned{"devices_whip", {"curve", "shaft_N_mm", "hub_deg", "tip_deg"}};
     for (std::size_t k = 0; k < whips.size(); ++k)
-        for (const auto& [hub, tip] : whips[k].curve)
-            turned.add({static_cast<double>(k), whips[k].stiffness, hub, tip});
+        for (const auto& [hub, tip] : whips[k].curve) turned.add({k, whips[k].stiffness, hub, tip});
     const double smooth = whips[2].largest_step, jump = whips[3].largest_step;
-    result.claims.push_back(
-        {fmt::format("a shaft 1.2 times as stiff as the critical {:.3f} N mm/rad: largest step of the "
-                     "tip beyond the hub's [deg]",
-                     critical),
-         std::string("no whip: below 20"), smooth, smooth < 20,
-         "The critical stiffness is the steepest fall of the rigid wire's dE/droll."});
-    result.claims.push_back(
-        {"a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's "
-         "[deg]",
-         std::string("whips: above 25"), jump, jump > 25, "As above."});
-    io::Table held{"devices_held", {"friction", "hub_deg", "end_deg", "lag_deg"}, {}};
+    result.claim(fmt::format("a shaft 1.2 times as stiff as the critical {:.3f} N mm/rad: largest step of "
+                             "the tip beyond the hub's [deg]",
+                             critical),
+                 "no whip: below 20", smooth, smooth < 20,
+                 "The critical stiffness is the steepest fall of the rigid wire's dE/droll.");
+    result.claim(
+        "a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's [deg]",
+        "whips: above 25", jump, jump > 25, "As above.");
+    io::Table held{"devices_held", {"friction", "hub_deg", "end_deg", "lag_deg"}};
     const auto near = [](double measured, double exact, double share) {
         return std::abs(measured - exact) <= share * std::abs(exact);
     };
     for (const HeldShaft& h : shafts) {
         for (const auto& [hub, end] : h.curve) held.add({h.friction, hub, end, h.exact});
-        result.claims.push_back({fmt::format("pressed shaft, friction {}: lag of its end [deg]", h.friction),
-                                 h.exact, h.measured, near(h.measured, h.exact, 0.02),
-                                 "μ q r ℓ²/2GJ; within 2 %."});
-        result.claims.push_back(
-            {fmt::format("pressed shaft, friction {}: torque at the hub [N mm]", h.friction), h.exact_torque,
-             h.torque, near(h.torque, h.exact_torque, 0.02),
-             "μ q r ℓ; within 2 %: the introducer bears the first millimetres' load."});
-        result.claims.push_back(
-            {fmt::format("pressed shaft, friction {}: work of the hand that turns it [N mm]", h.friction),
-             h.gained + h.loss, h.work, near(h.work, h.gained + h.loss, 0.01),
-             "The shaft's gain of energy and its loss by friction; within 1 %."});
+        result.claim(fmt::format("pressed shaft, friction {}: lag of its end [deg]", h.friction), h.exact,
+                     h.measured, near(h.measured, h.exact, 0.02), "μ q r ℓ²/2GJ; within 2 %.");
+        result.claim(fmt::format("pressed shaft, friction {}: torque at the hub [N mm]", h.friction),
+                     h.exact_torque, h.torque, near(h.torque, h.exact_torque, 0.02),
+                     "μ q r ℓ; within 2 %: the introducer bears the first millimetres' load.");
+        result.claim(
+            fmt::format("pressed shaft, friction {}: work of the hand that turns it [N mm]", h.friction),
+            h.gained + h.loss, h.work, near(h.work, h.gained + h.loss, 0.01),
+            "The shaft's gain of energy and its loss by friction; within 1 %.");
     }
-    io::Table snaps{"devices_snap", {"length_mm", "hub_deg", "tip_deg", "equation_hub_deg"}, {}};
+    io::Table snaps{"devices_snap", {"length_mm", "hub_deg", "tip_deg", "equation_hub_deg"}};
     for (std::size_t k = 0; k < curved.size(); ++k)
         for (const auto& [hub, tip, exact] : curved[k].curve) snaps.add({rod_lengths[k], hub, tip, exact});
-    result.claims.push_back(
-        {fmt::format(
-             "curved rod at {:.2f} of reach, below the limit of 1.57: largest step of its tip in {} deg "
-             "of the hub [deg]",
-             curved[0].reach, rod_step),
-         std::string("no snap: below 30"), curved[0].largest_step, curved[0].largest_step < 30,
-         "Stability condition of concentric-tube robots."});
-    result.claims.push_back({"the same rod: largest angle of the hub off the equation's [deg]", 0.0,
-                             curved[0].off, curved[0].off < 8,
-                             "GJ ψ'' = EI κ₀ κ sin ψ, without clearance; within 8."});
-    result.claims.push_back(
-        {fmt::format("curved rod at {:.2f} of reach, above the limit: largest step of its tip [deg]",
-                     curved[1].reach),
-         std::string("snaps: above 60"), curved[1].largest_step, curved[1].largest_step > 60, "As above."});
-    result.claims.push_back({"the same rod: hub's angle at which it snaps [deg]", curved[1].exact_snap,
-                             curved[1].snap, near(curved[1].snap, curved[1].exact_snap, 0.05),
-                             "Where the equation folds; within 5 %."});
-    result.claims.push_back({"both rods: turns without a certified rest", 0.0,
-                             static_cast<double>(curved[0].unconverged + curved[1].unconverged),
-                             curved[0].unconverged + curved[1].unconverged == 0, "Of 54 each."});
-    io::Table whipped{"devices_tubes", {"reach", "hub_deg", "tip_deg", "equation_hub_deg"}, {}};
+    result.claim(fmt::format("curved rod at {:.2f} of reach, below the limit of 1.57: largest step of its "
+                             "tip in {} deg of the hub [deg]",
+                             curved[0].reach, rod_step),
+                 "no snap: below 30", curved[0].largest_step, curved[0].largest_step < 30,
+                 "Stability condition of concentric-tube robots.");
+    result.claim("the same rod: largest angle of the hub off the equation's [deg]", 0.0, curved[0].off,
+                 curved[0].off < 8, "GJ ψ'' = EI κ₀ κ sin ψ, without clearance; within 8.");
+    result.claim(fmt::format("curved rod at {:.2f} of reach, above the limit: largest step of its tip [deg]",
+                             curved[1].reach),
+                 "snaps: above 60", curved[1].largest_step, curved[1].largest_step > 60, "As above.");
+    result.claim("the same rod: hub's angle at which it snaps [deg]", curved[1].exact_snap, curved[1].snap,
+                 near(curved[1].snap, curved[1].exact_snap, 0.05), "Where the equation folds; within 5 %.");
+    result.claim("both rods: turns without a certified rest", 0.0,
+                 curved[0].unconverged + curved[1].unconverged,
+                 curved[0].unconverged + curved[1].unconverged == 0, "Of 54 each.");
+    io::Table whipped{"devices_tubes", {"reach", "hub_deg", "tip_deg", "equation_hub_deg"}};
     for (std::size_t k = 0; k < tubes.size(); ++k) {
         const CurvedRod& t = tubes[k];
         for (const auto& [hub, tip, exact] : t.curve) whipped.add({tube_reaches[k], hub, tip, exact});
         const std::string name = fmt::format("tubes in each other, L√c = {:g}", tube_reaches[k]);
         if (t.exact_snap > 180 + tubes_step) {
-            result.claims.push_back({name + ", above the limit of π/2: hub's angle at which they snap [deg]",
-                                     t.exact_snap, t.snap, near(t.snap, t.exact_snap, 0.02),
-                                     "θ'' = c sin θ; within 2 %."});
+            result.claim(name + ", above the limit of π/2: hub's angle at which they snap [deg]",
+                         t.exact_snap, t.snap, near(t.snap, t.exact_snap, 0.02),
+                         "θ'' = c sin θ; within 2 %.");
         } else {
-            result.claims.push_back({name + ", below the limit of π/2: largest step of the end [deg]",
-                                     std::string("no snap: below 15"), t.largest_step, t.largest_step < 15,
-                                     "In 1 deg of the hub."});
+            result.claim(name + ", below the limit of π/2: largest step of the end [deg]",
+                         "no snap: below 15", t.largest_step, t.largest_step < 15, "In 1 deg of the hub.");
         }
-        result.claims.push_back(
-            {name + ": largest angle of the hub off the equation's [deg]", 0.0, t.off,
-             t.off < 0.02 * t.exact_snap && t.unconverged == 0,
-             "Within 2 % of where it snaps, or of 180; each turn ends at a strict minimum."});
+        result.claim(name + ": largest angle of the hub off the equation's [deg]", 0.0, t.off,
+                     t.off < 0.02 * t.exact_snap && t.unconverged == 0,
+                     "Within 2 % of where it snaps, or of 180; each turn ends at a strict minimum.");
     }
     io::Table works{"devices_work",
                     {"devices", "friction", "windup", "moved", "motion", "work_N_mm", "gained_N_mm",
-                     "loss_N_mm", "off_percent"},
-                    {}};
+                     "loss_N_mm", "off_percent"}};
     for (const std::vector<Balance>& some : balances) {
         double worst = 0;
         int not_at_rest = 0;
         for (const Balance& b : some) {
-            works.add({static_cast<double>(b.devices), b.friction, std::string(name_of(b.windup)),
-                       static_cast<double>(b.moved), b.motion, b.work, b.gained, b.loss, 100 * b.off()});
+            works.add({b.devices, b.friction, name_of(b.windup), b.moved, b.motion, b.work, b.gained, b.loss,
+                       100 * b.off()});
             worst = std::max(worst, 100 * b.off());
             not_at_rest += b.not_at_rest;
         }
         const Balance& b = some.front();
-        result.claims.push_back(
-            {fmt::format(
-                 "work of the hand on {} device{}, friction {:g}, wind-up {}: step off the balance [%]",
-                 b.devices, b.devices == 1 ? "" : "s", b.friction, name_of(b.windup)),
-             0.0, worst, worst <= 1 && not_at_rest == 0,
-             "Gain of energy and loss by friction against work, of each device fed in, turned and drawn "
-             "back; "
-             "within 1 % a step."});
+        result.claim(
+            fmt::format(
+                "work of the hand on {} device{}, friction {:g}, wind-up {}: step off the balance [%]",
+                b.devices, b.devices == 1 ? "" : "s", b.friction, name_of(b.windup)),
+            0.0, worst, worst <= 1 && not_at_rest == 0,
+            "Gain of energy and loss by friction against work, of each device fed in, turned and drawn back; "
+            "within 1 % a step.");
     }
     io::Table price{"devices_cost",
                     {"model", "friction", "GJ_N_mm2", "segments", "median_ms", "p99_ms", "max_ms",
-                     "newton_steps", "unconverged"},
-                    {}};
+                     "newton_steps", "unconverged"}};
     for (const DeviceCost& c : costs) {
-        price.add({std::string(c.model), c.friction, c.torsional_rigidity, c.segments, c.quantile(0.5),
-                   c.quantile(0.99), c.times.back(), c.steps, static_cast<double>(c.unconverged)});
-        result.claims.push_back({fmt::format("pushes and turns with {}: without a certified rest", c.model),
-                                 0.0, static_cast<double>(c.unconverged), c.unconverged == 0,
-                                 "Of all in the cost's table."});
+        price.add({c.model, c.friction, c.torsional_rigidity, c.segments, quantile(c.times, 0.5),
+                   quantile(c.times, 0.99), quantile(c.times, 1), c.steps, c.unconverged});
+        result.claim(fmt::format("pushes and turns with {}: without a certified rest", c.model), 0.0,
+                     c.unconverged, c.unconverged == 0, "Of all in the cost's table.");
     }
     result.plots = {picture(loop_frictions, whips)};
     result.tables = {std::move(bend),   std::move(in_and_out), std::move(balance),
                      std::move(turned), std::move(price),      std::move(whipped),
                      std::move(works),  std::move(held),       std::move(snaps)};
-    result.page = claims_page(
-        "devices", "Friction, torsion and a catheter over the wire",
-        "A wire that slides, sticks and winds up, alone and in a catheter, against closed forms; and "
-        "what it costs.\n\n" +
-            io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]) + "\n" +
-            io::to_markdown(result.tables[6]),
-        result, options);
+    result.page =
+        claims_page("devices", "Friction, torsion and a catheter over the wire",
+                    "A wire that slides, sticks and winds up, alone and in a catheter, against closed forms; "
+                    "and what it costs.\n\n" +
+                        io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]) + "\n" +
+                        io::to_markdown(result.tables[6]),
+                    result, options);
     return result;
 }
 

@@ -1,5 +1,3 @@
-#include "engine/studies/economy.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +11,9 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/scenario/model_choice.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
+#include "engine/studies/work.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
 #include "physics/wall/tube_wall.h"
@@ -157,11 +158,6 @@ std::vector<double> deviations(const EconomyCourse& reference, const EconomyCour
     return farthest;
 }
 
-double upper_median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
-}
-
 std::unique_ptr<const physics::LumenWall> wall_of(const Case& c, scenario::WallModel model,
                                                   double stiffness) {
     const double wire_radius = 0.5 * c.wire.outer_diameter;
@@ -201,9 +197,9 @@ io::Plot bars(const std::vector<Case>& list) {
     for (const Panel& panel : panels) {
         plot.commands += fmt::format("set title '{}'\nplot ", panel.title);
         for (std::size_t v = panel.first; v < variants.size(); ++v)
-            plot.commands +=
-                fmt::format("{}'economy.csv' skip 1 using ($2=={} ? 5*$1+{} : 1/0):{} with boxes lc rgb '{}'",
-                            v > panel.first ? ", \\\n     " : "", v, v, panel.column, colours[v]);
+            plot.curve(
+                fmt::format("'economy.csv' skip 1 using ($2=={} ? 5*$1+{} : 1/0):{} with boxes lc rgb '{}'",
+                            v, v, panel.column, colours[v]));
         plot.commands += "\n";
     }
     plot.commands +=
@@ -260,18 +256,15 @@ StudyResult run_economy(const StudyOptions& options) {
         "economy",
         {"row", "column", "scene", "variant", "wall", "segment_length_mm", "segments", "cpu_ms_per_mm",
          "refining_ms_per_mm", "slowest_push_ms", "newton_steps_per_push", "median_deviation_mm",
-         "largest_deviation_mm", "median_change_mm", "largest_change_mm", "unconverged"},
-        {}};
-    io::Table numbers{"economy_figures", {all.columns.begin() + 2, all.columns.end()}, {}};
+         "largest_deviation_mm", "median_change_mm", "largest_change_mm", "unconverged"}};
+    io::Table numbers{"economy_figures", {all.columns.begin() + 2, all.columns.end()}};
     io::Table chosen{"economy_choice",
                      {"scene", "λ [mm]", "because", "wall", "since", "segments saved", "time saved",
-                      "median / largest deviation [mm]", "median / largest change [mm]"},
-                     {}};
+                      "median / largest deviation [mm]", "median / largest change [mm]"}};
     const auto spread = [](const std::vector<double>& values) {
-        return fmt::format("{:.2g} / {:.2g}", upper_median(values),
-                           *std::max_element(values.begin(), values.end()));
+        return fmt::format("{:.2g} / {:.2g}", quantile(values, 0.5), quantile(values, 1));
     };
-    int done = 0;
+    Work work(options, static_cast<int>(list.size() * variants.size()));
     for (std::size_t r = 0; r < list.size(); ++r) {
         const Case& c = list[r];
         const scenario::ModelChoice choice =
@@ -287,34 +280,31 @@ StudyResult run_economy(const StudyOptions& options) {
             const std::vector<double> change =
                 deviations(variant.adaptive ? courses[courses.size() - 2] : course, course);
             std::vector<io::TableCell> row = {c.name,
-                                              std::string(variant.name),
-                                              std::string(word(choice.wall)),
+                                              variant.name,
+                                              word(choice.wall),
                                               lambda,
-                                              static_cast<double>(course.segments()),
+                                              course.segments(),
                                               1e3 * (course.relaxing + course.refining) / course.pushed,
                                               1e3 * course.refining / course.pushed,
                                               1e3 * course.slowest,
                                               static_cast<double>(course.newton_steps) / course.pushes,
-                                              upper_median(off.back()),
-                                              *std::max_element(off.back().begin(), off.back().end()),
-                                              upper_median(change),
-                                              *std::max_element(change.begin(), change.end()),
-                                              static_cast<double>(course.unconverged)};
+                                              quantile(off.back(), 0.5),
+                                              quantile(off.back(), 1),
+                                              quantile(change, 0.5),
+                                              quantile(change, 1),
+                                              course.unconverged};
             numbers.add(row);
             row.insert(row.begin(),
                        {static_cast<double>(r), static_cast<double>(&variant - variants.data())});
             all.add(std::move(row));
-            ++done;
-            if (options.progress)
-                options.progress({done, static_cast<int>(list.size() * variants.size()),
-                                  fmt::format("{}, {}", c.name, variant.name)});
+            work.tell(fmt::format("{}, {}", c.name, variant.name));
         }
         const auto saved = [&](auto figure) {
             const double own = figure(courses[chosen_course]);
             return fmt::format("{:.0f} % ({:.0f} %)", 100 * (1 - own / figure(courses[reference_course])),
                                100 * (1 - own / figure(courses[uniform_course])));
         };
-        chosen.add({c.name, choice.segment_length, choice.segment_reason, std::string(word(choice.wall)),
+        chosen.add({c.name, choice.segment_length, choice.segment_reason, word(choice.wall),
                     choice.wall_reason,
                     saved([](const EconomyCourse& course) { return static_cast<double>(course.segments()); }),
                     saved([](const EconomyCourse& course) { return course.relaxing + course.refining; }),

@@ -139,23 +139,21 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
                         smooth.eq_6, smooth.eq_6 < 1e-4, "below 1e-4");
     equations.published(
         "Eqs. 7 and 8, of a wire that keeps its shape while it is divided more finely: ΔU_bend/U_bend over "
-        "(1 − 1/η²), over "
-        "Eq. 8's own value",
+        "(1 − 1/η²), over Eq. 8's own value",
         1.0, smooth.same_shape / smooth.eq_8, near(smooth.same_shape, smooth.eq_8, 2), "within a factor of 2",
         fmt::format("{:.2g} for {:.2g}. Eq. 7 takes θ' = θ/η. Where curvature changes along the wire, the "
-                    "angle between "
-                    "chords is its mean over two of them, which loses ⟨Δθ²⟩/(6⟨θ²⟩) = {:.2g}, also of the "
-                    "order of λ².",
+                    "angle between chords is its mean over two of them, which loses ⟨Δθ²⟩/(6⟨θ²⟩) = {:.2g}, "
+                    "also of the order of λ².",
                     smooth.same_shape, smooth.eq_8, smooth.uneven));
+    equations.published("Eq. 8: c2 is ⟨θ⁴⟩/(24⟨θ²⟩): the fitted c2 over Eq. 8's own value, smooth tube", 1.0,
+                        smooth.fit.c2 / smooth.eq_8, near(smooth.fit.c2, smooth.eq_8, 2),
+                        "within a factor of 2",
+                        fmt::format("{:.2g} for {:.2g}. c2 also holds what Eq. 8 leaves out: change of "
+                                    "curvature between joints, and a shape that changes as the wall hardens.",
+                                    smooth.fit.c2, smooth.eq_8));
     equations.published(
-        "Eq. 8: c2 is ⟨θ⁴⟩/(24⟨θ²⟩): the fitted c2 over Eq. 8's own value, smooth tube", 1.0,
-        smooth.fit.c2 / smooth.eq_8, near(smooth.fit.c2, smooth.eq_8, 2), "within a factor of 2",
-        fmt::format("{:.2g} for {:.2g}. c2 also holds what Eq. 8 leaves out: change of curvature between "
-                    "joints, and a shape that changes as the wall hardens.",
-                    smooth.fit.c2, smooth.eq_8));
-    equations.published(
-        "Eq. 8: the energy of bending increases with η at rest: ΔU_bend/U at the finest, in pieces",
-        std::string("> 0"), in_pieces.bending_gain, in_pieces.bending_gain > 0, "above 0");
+        "Eq. 8: the energy of bending increases with η at rest: ΔU_bend/U at the finest, in pieces", "> 0",
+        in_pieces.bending_gain, in_pieces.bending_gain > 0, "above 0");
     equations.published(
         "Eq. 16: ΔU_surf is linear in 1 − 1/η: rms about Υ(1 − 1/η), over its value at η = 3, smooth tube",
         0.0, smooth.linear, smooth.linear < 0.1, "below 0.1",
@@ -165,42 +163,35 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
         smooth.upsilon / smooth.slope, near(smooth.upsilon, smooth.slope, 1.5), "within a factor of 1.5",
         "Joints come into contact and leave it as λ falls, which changes the slope from place to place.");
     equations.published(
-        "Eq. 40: c1 is the wall's, Υ/U > 0: ΔU_surf/U at the finest, smooth tube", std::string("> 0"),
-        smooth.wall_gain, smooth.wall_gain > 0, "above 0",
+        "Eq. 40: c1 is the wall's, Υ/U > 0: ΔU_surf/U at the finest, smooth tube", "> 0", smooth.wall_gain,
+        smooth.wall_gain > 0, "above 0",
         fmt::format("The wall's own energy falls, by {:.4f} of U, and that of bending rises by {:.4f} (in "
-                    "pieces {:.4f} and "
-                    "{:.4f}): the force on the wall is kept while its springs become more, so that each is "
-                    "pressed in less. "
-                    "c1 is right for the sum alone.",
+                    "pieces {:.4f} and {:.4f}): the force on the wall is kept while its springs become more, "
+                    "so that each is pressed in less. c1 is right for the sum alone.",
                     -smooth.wall_gain, smooth.bending_gain, -in_pieces.wall_gain, in_pieces.bending_gain));
     equations.add(
         ClaimKind::Extension, "c1 is the wall's share of the energy at η = 1: c1 over it, smooth tube", 1.0,
         smooth.fit.c1 / smooth.wall_share, near(smooth.fit.c1, smooth.wall_share, 2), "within a factor of 2",
         "With k fixed at a joint, ΔU = U_wall(1 − 1/η) to first order, which says how much of U the "
-        "published "
-        "wall holds.");
+        "published wall holds.");
 }
 
 io::Plot energy_parts_plot(const EnergyParts& in_pieces, const EnergyParts& smooth) {
     io::Plot plot{"resolution_parts", "", 1000, 460};
     plot.commands = fmt::format(
         "set grid lc rgb '#dddddd'\nset key outside right center Left reverse\nset xlabel 'resolution η = "
-        "N''/N'\nset "
-        "ylabel 'change of energy over U [%]'\nset xrange [1:3]\n"
+        "N''/N'\nset ylabel 'change of energy over U [%]'\nset xrange [1:3]\n"
         "plot 'resolution_parts.csv' skip 1 using 1:2 with lines lw 2 lc rgb '#0072B2' title 'bending, "
-        "smooth tube', \\\n   "
-        "  '' skip 1 using 1:4 with lines lc rgb '#56B4E9' title 'bending, in pieces', \\\n     '' skip 1 "
-        "using 1:3 with "
-        "lines lw 2 lc rgb '#D55E00' title 'wall, smooth tube', \\\n     '' skip 1 using 1:5 with lines lc "
-        "rgb '#E69F00' "
-        "title 'wall, in pieces', \\\n     100*{}*(1-1/x**2) with lines dt 2 lw 2 lc rgb 'black' title 'Eq. "
-        "8, its own "
-        "constant', \\\n     100*{}*(1-1/x) with lines dt 3 lw 2 lc rgb 'black' title 'Eq. 16, fitted'\n",
+        "smooth tube', \\\n     '' skip 1 using 1:4 with lines lc rgb '#56B4E9' title 'bending, in pieces', "
+        "\\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb '#D55E00' title 'wall, smooth tube', \\\n     "
+        "'' skip 1 using 1:5 with lines lc rgb '#E69F00' title 'wall, in pieces', \\\n     100*{}*(1-1/x**2) "
+        "with lines dt 2 lw 2 lc rgb 'black' title 'Eq. 8, its own constant', \\\n     100*{}*(1-1/x) with "
+        "lines dt 3 lw 2 lc rgb 'black' title 'Eq. 16, fitted'\n",
         in_pieces.eq_8, smooth.upsilon);
     plot.caption =
         "Energies of bending and of the wall by themselves (Eqs. 6 to 8 and 16), medians of the offsets. The "
-        "wall's falls "
-        "and bending's rises by more: Eq. 40 holds for their sum. Same tube and wire as Fig. 13b.";
+        "wall's falls and bending's rises by more: Eq. 40 holds for their sum. Same tube and wire as Fig. "
+        "13b.";
     return plot;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Whether frames agree with physics, and what they cost.
+/// The parts of the study of images, each with its tables, pictures and the text that goes with them.
 
 #include "engine/studies/study.h"
 
@@ -7,9 +7,6 @@ namespace studies {
 
 constexpr double imaging_kvp = 74;  // for figures that are given for one voltage only
 
-StudyResult run_imaging(const StudyOptions&);
-
-/// The parts of the study, each with its tables, pictures and the text that goes with them.
 StudyResult imaging_lengths(const StudyOptions&);  // path lengths: closed forms, ray tracer, balance
 StudyResult imaging_wire(const StudyOptions&);     // the wire's shadow: supersampled rays
 StudyResult imaging_bins(const StudyOptions&);     // energies: the full spectrum

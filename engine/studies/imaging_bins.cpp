@@ -79,8 +79,7 @@ constexpr std::array<Object, 12> objects = {{{"10 mm bone", Material::CorticalBo
 io::Table bin_table() {
     io::Table table{
         "imaging_bins",
-        {"object", "kvp", "tissue_mm", "transmission", "one_energy", "four_equal_signal", "gauss"},
-        {}};
+        {"object", "kvp", "tissue_mm", "transmission", "one_energy", "four_equal_signal", "gauss"}};
     for (const double kvp : {60.0, imaging_kvp, 90.0, 110.0}) {
         const Spectrum spectrum = render::detected_spectrum(kvp);
         const EnergyBins own = render::fit_bins(spectrum);
@@ -99,7 +98,7 @@ io::Table bin_table() {
                 };
                 const double exact = through(spectrum.energies, spectrum.weights, both) /
                                      through(spectrum.energies, spectrum.weights, before);
-                std::vector<io::TableCell> row = {std::string(object.name), kvp, tissue, exact};
+                std::vector<io::TableCell> row = {object.name, kvp, tissue, exact};
                 for (const Stand& stand : stands)
                     row.emplace_back(through(stand.energies, stand.weights, both) /
                                          through(stand.energies, stand.weights, before) -
@@ -114,7 +113,7 @@ io::Table bin_table() {
 /// For each object the largest error over the thicknesses at the usual voltage; the last row covers all
 /// objects.
 io::Table largest_bin_errors(const io::Table& errors) {
-    io::Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}, {}};
+    io::Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}};
     std::array<double, 3> all{};
     for (const Object& object : objects) {
         std::array<double, 3> largest{};
@@ -125,9 +124,9 @@ io::Table largest_bin_errors(const io::Table& errors) {
                 largest[k] = std::max(largest[k], std::abs(std::get<double>(row[4 + k])));
         }
         for (int k = 0; k < 3; ++k) all[k] = std::max(all[k], largest[k]);
-        table.add({std::string(object.name), largest[0], largest[1], largest[2]});
+        table.add({object.name, largest[0], largest[1], largest[2]});
     }
-    table.add({std::string("all"), all[0], all[1], all[2]});
+    table.add({"all", all[0], all[1], all[2]});
     return table;
 }
 
@@ -151,8 +150,7 @@ StudyResult imaging_bins(const StudyOptions&) {
     StudyResult result;
     result.page =
         "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
-        "the "
-        "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
+        "the full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
         "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
         io::to_markdown(largest);
     result.tables = {std::move(bins), std::move(largest)};

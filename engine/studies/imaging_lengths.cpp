@@ -129,9 +129,8 @@ double log_slope(const std::vector<double>& x, const std::vector<double>& y) {
 struct ClosedForms {
     io::Table errors{
         "imaging_closed_forms",
-        {"solid", "around", "facet_over_radius", "mean_error_percent", "mean_error_mm", "triangles"},
-        {}};
-    io::Table slopes{"imaging_closed_form_orders", {"solid", "order"}, {}};
+        {"solid", "around", "facet_over_radius", "mean_error_percent", "mean_error_mm", "triangles"}};
+    io::Table slopes{"imaging_closed_form_orders", {"solid", "order"}};
 };
 
 ClosedForms closed_forms(bool quick) {
@@ -153,11 +152,10 @@ ClosedForms closed_forms(bool quick) {
             });
             facets.push_back(2 * pi / around);
             errors.push_back(error / pixels);
-            result.errors.add({std::string(solid.name), static_cast<double>(around), facets.back(),
-                               100 * errors.back() / solid.radius, errors.back(),
-                               static_cast<double>(mesh.triangles.size())});
+            result.errors.add({solid.name, around, facets.back(), 100 * errors.back() / solid.radius,
+                               errors.back(), mesh.triangles.size()});
         }
-        result.slopes.add({std::string(solid.name), log_slope(facets, errors)});
+        result.slopes.add({solid.name, log_slope(facets, errors)});
     }
     return result;
 }
@@ -206,8 +204,7 @@ void add_vessel(io::Table& table, std::string_view preset, int pixels) {
             ++rays;
         }
     }
-    table.add({std::string(preset), static_cast<double>(closed.mesh.triangles.size()),
-               static_cast<double>(rays), error / rays, 100 * relative / rays});
+    table.add({preset, closed.mesh.triangles.size(), rays, error / rays, 100 * relative / rays});
 }
 
 /// Layers of a patient around a generated anatomy, the lumen last.
@@ -324,8 +321,7 @@ void add_balance(io::Table& table, std::string_view preset, const std::vector<re
             named += fmt::format("{}{}/{}", named.empty() ? "" : ", ", lao, cranial);
         }
     }
-    table.add({std::string(preset), static_cast<double>(poses - behind), static_cast<double>(unbalanced),
-               static_cast<double>(behind), static_cast<double>(behind_unbalanced), named});
+    table.add({preset, poses - behind, unbalanced, behind, behind_unbalanced, named});
 }
 
 io::Plot closed_form_picture() {
@@ -335,14 +331,15 @@ io::Plot closed_form_picture() {
         "set ylabel 'mean error of path length [% of radius]'\nset xtics (0.02, 0.05, 0.1, 0.2, 0.5)\nset "
         "xrange [0.02:0.8]\nset yrange [0.01:20]\n"
         "plot 1 linecolor '#999999' dashtype 2 title 'figure to reach', \\\n"
-        "     8*x*x linecolor '#bbbbbb' title '∝ h²', \\\n";
+        "     8*x*x linecolor '#bbbbbb' title '∝ h²'";
     const std::array<std::array<const char*, 2>, 3> series = {
         {{"sphere", "#0072B2"}, {"cylinder", "#D55E00"}, {"torus", "#009E73"}}};
     for (const auto& [solid, colour] : series)
-        plot.commands += fmt::format(
-            "     'imaging_closed_forms.csv' skip 1 using 3:(strcol(1) eq '{}' ? $4 : 1/0) with linespoints "
-            "pointtype 7 linecolor '{}' title '{}'{}",
-            solid, colour, solid, solid == series.back()[0] ? "\n" : ", \\\n");
+        plot.curve(fmt::format(
+            "'imaging_closed_forms.csv' skip 1 using 3:(strcol(1) eq '{}' ? $4 : 1/0) with linespoints "
+            "pointtype 7 linecolor '{}' title '{}'",
+            solid, colour, solid));
+    plot.commands += "\n";
     return plot;
 }
 
@@ -351,16 +348,14 @@ io::Plot closed_form_picture() {
 StudyResult imaging_lengths(const StudyOptions& options) {
     StudyResult result;
     ClosedForms forms = closed_forms(options.quick);
-    io::Table vessels{
-        "imaging_vessels", {"anatomy", "triangles", "rays", "mean_error_mm", "mean_error_percent"}, {}};
+    io::Table vessels{"imaging_vessels",
+                      {"anatomy", "triangles", "rays", "mean_error_mm", "mean_error_percent"}};
     io::Table agreements{
         "imaging_ray_tracer",
-        {"anatomy", "layer", "triangles", "rays", "undecided", "rms_mm", "beyond_0.01_mm_ppm", "largest_mm"},
-        {}};
+        {"anatomy", "layer", "triangles", "rays", "undecided", "rms_mm", "beyond_0.01_mm_ppm", "largest_mm"}};
     io::Table balance{"imaging_balance",
                       {"anatomy", "poses", "unbalanced_pixels", "poses_with_parts_behind_the_source",
-                       "unbalanced_there", "those_poses_lao_cranial_deg"},
-                      {}};
+                       "unbalanced_there", "those_poses_lao_cranial_deg"}};
     const int pixels = options.quick ? 96 : 512;
     std::vector<std::string_view> presets = {"iliac-renal"};
     if (!options.quick) presets.push_back("arch-1");
@@ -376,25 +371,19 @@ StudyResult imaging_lengths(const StudyOptions& options) {
     }
     result.page =
         "\n## Path lengths against closed forms\n\nMean of the absolute error over the pixels that see the "
-        "solid, "
-        "in "
-        "per cent of its radius, and the order p of the error ∝ hᵖ. Facets are inscribed, `around` to a "
-        "turn; "
-        "the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
-        "facets](imaging_closed_forms.svg)"
-        "\n\n" +
+        "solid, in per cent of its radius, and the order p of the error ∝ hᵖ. Facets are inscribed, `around` "
+        "to a turn; the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
+        "facets](imaging_closed_forms.svg)\n\n" +
         io::to_markdown(forms.errors) + "\n" + io::to_markdown(forms.slopes) +
         "\nGenerated vessels as they ship, against the implicit surface that they are cut from:\n\n" +
         io::to_markdown(vessels) +
         "\n## Path lengths against a ray tracer\n\nThe same triangles by Embree, every hit of every pixel's "
-        "ray. "
-        "Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are left "
-        "out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own through "
-        "it.\n\n" +
+        "ray. Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are "
+        "left out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own "
+        "through it.\n\n" +
         io::to_markdown(agreements) +
         "\n## Balance\n\nEvery 15° from RAO 120° to LAO 120°, at cranial and caudal 45° and level. A mesh "
-        "that "
-        "reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
+        "that reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
         io::to_markdown(balance);
     result.tables = {std::move(forms.errors), std::move(forms.slopes), std::move(vessels),
                      std::move(agreements), std::move(balance)};

@@ -17,8 +17,7 @@ using render::Field;
 using std::numbers::pi;
 
 io::Table variance_table(bool quick) {
-    io::Table table{
-        "imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}, {}};
+    io::Table table{"imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}};
     const int side = 640, frames = quick ? 1 : 8;
     for (const double mean : {1.0, 2.0, 5.0, 9.0, 16.0, 24.5, 25.5, 54.0, 220.0, 900.0, 5000.0}) {
         double sum = 0, square = 0;
@@ -83,8 +82,7 @@ double squared_mtf(double frequency, double sigma) {
 io::Table spectrum_table(bool quick) {
     io::Table table{"imaging_noise_spectrum",
                     {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
-                     "deviation_percent_of_zero"},
-                    {}};
+                     "deviation_percent_of_zero"}};
     constexpr int side = 512, group = 4;  // neighbouring frequencies averaged
     constexpr double quanta = 54;
     const int frames = quick ? 2 : 24;
@@ -131,8 +129,7 @@ io::Table spectrum_table(bool quick) {
 /// more, and everywhere in per cent of the power at 0.
 io::Table largest_deviations(const io::Table& spectrum) {
     io::Table table{"imaging_noise_spectrum_largest",
-                    {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},
-                    {}};
+                    {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"}};
     for (std::size_t i = 0; i < spectrum.rows.size();) {
         const auto& first = spectrum.rows[i];
         double largest = 0, of_zero = 0;
@@ -160,18 +157,15 @@ io::Plot noise_picture() {
     for (const auto& [what, pixel, colour, title] : series)
         plot.commands += fmt::format(
             "'imaging_noise_spectrum.csv' skip 1 using 3:(strcol(1) eq '{}' && $2 == {} ? $4 : 1/0) with "
-            "points "
-            "pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) eq '{}' "
-            "&& "
-            "$2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
+            "points pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) "
+            "eq '{}' && $2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
             what, pixel, colour, title, what, pixel, colour,
             std::string_view(what) == "electronic" ? "\n" : ", \\\n ");
     plot.commands +=
         "set title 'Variance over that of a Poisson count'\nset xlabel 'mean quanta'\nset logscale x\n"
         "set xrange [0.7:7000]\nset yrange [0.98:1.02]\nunset key\nplot 'imaging_noise.csv' skip 1 using "
         "1:2:(2*sqrt((2+1/$1)/$4)) with yerrorbars pointtype 7 linecolor '#0072B2', 1.01 with lines "
-        "linecolor "
-        "'#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
+        "linecolor '#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
     return plot;
 }
 
@@ -188,8 +182,7 @@ StudyResult imaging_noise(const StudyOptions& options) {
         "\nPower along the rows of flat frames against the squared transfer of the scintillator's Gaussian "
         "(0.18 mm) caught by square pixels; the electronic noise is white. The largest deviation in per cent "
         "of what is expected, where that is a tenth of the power at frequency 0 or more, and everywhere of "
-        "the "
-        "latter.\n\n" +
+        "the latter.\n\n" +
         io::to_markdown(deviations);
     result.tables = {std::move(variance), std::move(spectrum), std::move(deviations)};
     result.plots = {noise_picture()};

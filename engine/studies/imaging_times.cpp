@@ -1,10 +1,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <fmt/format.h>
 #include <functional>
-#include <numbers>
 
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -12,9 +10,9 @@
 #include "engine/exercise/imaging.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/imaging.h"
+#include "engine/studies/quantile.h"
 #include "render/panel/panel.h"
 #include "render/patient/solids.h"
-#include "render/picture/filter.h"
 #include "render/picture/png.h"
 #include "render/xray/path_length.h"
 #include "render/xray/subtraction.h"
@@ -36,8 +34,7 @@ double median_ms(int calls, const std::function<void()>& call) {
         call();
         times.push_back(1e3 * (io::process_cpu_seconds() - start));
     }
-    std::nth_element(times.begin(), times.begin() + calls / 2, times.end());
-    return times[calls / 2];
+    return quantile(std::move(times), 0.5);
 }
 
 double triangles_of(const std::vector<render::TissueLayer>& layers) {
@@ -63,6 +60,11 @@ Meshes finer(Meshes scene, const std::string& name, double triangles) {
     }
     scene.name = name;
     return scene;
+}
+
+/// Gives a new pose with every call.
+void turn(CArm& arm) {
+    arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
 }
 
 /// What is in the beam in one anatomy, at several levels of detail, and what flows in it.
@@ -117,12 +119,16 @@ struct Room {
             if (scene.layers[i].perfused) exposure.organs.push_back({static_cast<int>(i), 1.0});
         return exposure;
     }
+    /// Median time of a new pose, to its first frame without contrast [ms].
+    double pose_change(render::Fluoroscope& scope, CArm& arm, int calls) const {
+        const auto change = [&] {
+            turn(arm);
+            scope.expose(arm, joints, {});
+        };
+        change();
+        return median_ms(calls, change);
+    }
 };
-
-/// Gives a new pose with every call.
-void turn(CArm& arm) {
-    arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
-}
 
 std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
@@ -142,12 +148,7 @@ std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int p
         lengths = median_ms(calls, all);
     }
     render::Fluoroscope scope = room.fluoroscope(scene);
-    const auto change = [&] {
-        turn(arm);
-        scope.expose(arm, room.joints, {});
-    };
-    change();
-    const double whole = median_ms(calls, change);
+    const double whole = room.pose_change(scope, arm, calls);
     const double frame = median_ms(calls, [&] { scope.expose(arm, room.joints, {}); });
     const render::LumenContrast contrast = room.contrast(scene);
     const double matrix = median_ms(calls, [&] {
@@ -156,8 +157,8 @@ std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int p
     });
     return {scene.name,
             triangles_of(scene.layers),
-            static_cast<double>(scene.layers.size()),
-            static_cast<double>(pixels),
+            scene.layers.size(),
+            pixels,
             lengths,
             std::max(0.0, whole - lengths - frame),
             frame,
@@ -207,7 +208,7 @@ std::vector<io::TableCell> frame_row(const Room& room, const Meshes& scene, int 
     const render::Readout readout;
     panel.draw(image, &image, readout);
     const double drawn = median_ms(calls, [&] { panel.draw(image, &image, readout); });
-    return {static_cast<double>(pixels),
+    return {pixels,
             bare,
             std::max(0.0, wired - bare),
             std::max(0.0, contrast),
@@ -221,17 +222,6 @@ std::vector<io::TableCell> frame_row(const Room& room, const Meshes& scene, int 
             roadmap,
             file,
             drawn};
-}
-
-std::vector<io::TableCell> preview_row(const Room& room, const Meshes& scene, int pixels, int calls) {
-    CArm arm = room.arm(pixels);
-    render::Fluoroscope scope = room.fluoroscope(scene);
-    const auto change = [&] {
-        turn(arm);
-        scope.expose(arm, room.joints, {});
-    };
-    change();
-    return {scene.name, triangles_of(scene.layers), static_cast<double>(pixels), median_ms(calls, change)};
 }
 
 io::Plot imaging_times_picture() {
@@ -249,22 +239,21 @@ io::Plot imaging_times_picture() {
                                                                         {"electronics", "#009E73"},
                                                                         {"display", "#E69F00"}}};
     for (std::size_t k = 0; k < stages.size(); ++k)
-        plot.commands +=
-            fmt::format("'imaging_frame_ms.csv' skip 1 using {}:xtic(1) title '{}' linecolor '{}'{}", k + 2,
-                        stages[k][0], stages[k][1], k + 1 == stages.size() ? "\n" : ", \\\n     ");
+        plot.curve(fmt::format("'imaging_frame_ms.csv' skip 1 using {}:xtic(1) title '{}' linecolor '{}'",
+                               k + 2, stages[k][0], stages[k][1]));
     plot.commands +=
-        "set title 'A new pose [ms], by pixels'\nset xlabel 'triangles [1000]'\nset xtics rotate by "
+        "\nset title 'A new pose [ms], by pixels'\nset xlabel 'triangles [1000]'\nset xtics rotate by "
         "-30\nplot ";
     constexpr std::array<std::array<std::string_view, 2>, 4> parts = {{{"path lengths", "#0072B2"},
                                                                        {"beam and display", "#E69F00"},
                                                                        {"frame", "#999999"},
                                                                        {"contrast matrix", "#CC79A7"}}};
     for (std::size_t k = 0; k < parts.size(); ++k)
-        plot.commands += fmt::format(
+        plot.curve(fmt::format(
             "'imaging_pose_ms.csv' skip 1 using {}:xtic(sprintf('%.0f, %d', $2/1000, int($4))) title '{}' "
-            "linecolor '{}'{}",
-            k + 5, parts[k][0], parts[k][1], k + 1 == parts.size() ? "\n" : ", \\\n     ");
-    plot.commands += "unset multiplot\n";
+            "linecolor '{}'",
+            k + 5, parts[k][0], parts[k][1]));
+    plot.commands += "\nunset multiplot\n";
     return plot;
 }
 
@@ -276,27 +265,28 @@ StudyResult imaging_times(const StudyOptions& options) {
     const std::vector<int> sizes = options.quick ? std::vector{128} : std::vector{512, 1024};
     io::Table poses{"imaging_pose_ms",
                     {"scene", "triangles", "layers", "pixels", "path_lengths", "beam_and_display", "frame",
-                     "contrast_matrix", "pose_change", "pose_change_with_matrix"},
-                    {}};
+                     "contrast_matrix", "pose_change", "pose_change_with_matrix"}};
     io::Table frames{"imaging_frame_ms",
                      {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
-                      "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"},
-                     {}};
-    io::Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
+                      "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"}};
+    io::Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}};
     for (const int pixels : sizes) {
         for (const Meshes& scene : room.scenes) poses.add(pose_row(room, scene, pixels, calls));
         const Meshes& usual = room.scenes[options.quick ? 0 : 1];
         frames.add(frame_row(room, usual, pixels, options.quick ? 1 : 41));
     }
     for (const Meshes& scene : room.scenes)
-        for (const int pixels : options.quick ? std::vector{64} : std::vector{128, 192, 256})
-            previews.add(preview_row(room, scene, pixels, calls));
+        for (const int pixels : options.quick ? std::vector{64} : std::vector{128, 192, 256}) {
+            CArm arm = room.arm(pixels);
+            render::Fluoroscope scope = room.fluoroscope(scene);
+            previews.add(
+                {scene.name, triangles_of(scene.layers), pixels, room.pose_change(scope, arm, calls)});
+        }
     StudyResult result;
     result.page =
         "\n## Times\n\nMedian processor time of all threads [ms]: the generated vessels from groin to "
-        "kidneys, 200 "
-        "joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer by cutting "
-        "triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
+        "kidneys, 200 joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer "
+        "by cutting triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
         "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
         io::to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
         io::to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + io::to_markdown(previews, 3);

@@ -141,8 +141,7 @@ struct WireError {
 io::Table wire_table(bool quick) {
     io::Table table{
         "imaging_wire",
-        {"wire", "pixel_mm", "quanta", "mu_per_mm", "pixels", "rms", "largest", "mass_error_percent"},
-        {}};
+        {"wire", "pixel_mm", "quanta", "mu_per_mm", "pixels", "rms", "largest", "mass_error_percent"}};
     const int length = quick ? 40 : 120;  // [mm]
     const Polyline joints = points_along(length + 1, 1.0);
     render::WireLook look;
@@ -180,9 +179,8 @@ io::Table wire_table(bool quick) {
                 signal.add(got, transmitted);
             }
             const auto add = [&](const std::string& quanta, double attenuation, const WireError& error) {
-                table.add({std::string(render::name_of(material)), render::pixel_width(arm), quanta,
-                           attenuation, static_cast<double>(error.pixels), error.rms(), error.largest,
-                           100 * (error.own / error.mass - 1)});
+                table.add({render::name_of(material), render::pixel_width(arm), quanta, attenuation,
+                           error.pixels, error.rms(), error.largest, 100 * (error.own / error.mass - 1)});
             };
             add("behind 210 mm", std::nan(""), signal);
             for (int k = 0; k < render::energy_bins; ++k)
@@ -199,11 +197,9 @@ StudyResult imaging_wire(const StudyOptions& options) {
     result.tables = {wire_table(options.quick)};
     result.page =
         "\n## Wire\n\nTransmission of a bent wire of 0.89 mm, solid, at the energies of the bins, against 8 "
-        "× 8 "
-        "rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the signal "
-        "that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the sum of 1 "
-        "− "
-        "transmission.\n\n" +
+        "× 8 rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the "
+        "signal that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the "
+        "sum of 1 − transmission.\n\n" +
         io::to_markdown(result.tables[0]);
     return result;
 }

@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 
 #include "engine/studies/claims.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_step.h"
@@ -65,13 +66,6 @@ std::vector<Pair> pairs_at(const std::vector<std::pair<Chain, SegmentTerms>>& st
     return pairs;
 }
 
-double median_of_pairs(std::vector<double> values) {
-    if (values.empty()) return std::nan("");
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 struct Summary {
     int pairs = 0;
     double synergy = 0;      // energy released together over that released alone, each summed over the pairs
@@ -94,8 +88,8 @@ Summary summary(const std::vector<Pair>& pairs) {
     }
     s.pairs = static_cast<int>(pairs.size());
     s.synergy = together / alone;
-    s.cosine = median_of_pairs(cosines);
-    s.interaction = median_of_pairs(interactions);
+    s.cosine = quantile(cosines, 0.5);
+    s.interaction = quantile(interactions, 0.5);
     s.opposite /= s.pairs;
     s.between /= s.pairs;
     return s;
@@ -125,53 +119,49 @@ struct Size {
 
 void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int farthest, double quadratic,
            double quadratic_trace) {
-    FigureClaims fig(result, "Section 2.3.1 and Fig. 3",
-                     "Synergy is the energy that a double relaxation of i and j releases, over that which "
-                     "each of the two releases "
-                     "alone from the same state, both summed over all i: 0.5 where the second segment adds "
-                     "nothing, 1 where they "
-                     "are independent, above 1 where they do together what neither can alone.");
+    FigureClaims fig(
+        result, "Section 2.3.1 and Fig. 3",
+        "Synergy is the energy that a double relaxation of i and j releases, over that which each of the two "
+        "releases alone from the same state, both summed over all i: 0.5 where the second segment adds "
+        "nothing, 1 where they are independent, above 1 where they do together what neither can alone.");
     const Summary next = summary(joined(all, 2, 2)), close = summary(joined(all, 2, 4)),
                   good = summary(joined(all, 10, 20));
     const std::vector<Pair> every = joined(all, 2, farthest);
     const Summary few = summary(with_between(every, 0, 0)), far = summary(with_between(every, many, 1000));
-    fig.published(
-        "close segments improve only marginally on one: synergy of δ = 2 to 4", std::string("about 0.5"),
-        close.synergy, close.synergy > 0.4 && close.synergy < 0.65, "0.4 to 0.65",
-        fmt::format("The paper takes b_i = b_j and ε_i = ε_j, as near equilibrium; on its way the bending of "
-                    "neighbours is not alike, and only {:.0f} % of these pairs turn the same way ({:.0f} % "
-                    "of those at δ = 2).",
-                    100 * (1 - close.opposite), 100 * (1 - next.opposite)));
+    fig.published("close segments improve only marginally on one: synergy of δ = 2 to 4", "about 0.5",
+                  close.synergy, close.synergy > 0.4 && close.synergy < 0.65, "0.4 to 0.65",
+                  fmt::format("The paper takes b_i = b_j and ε_i = ε_j, as near equilibrium; on its way the "
+                              "bending of neighbours is not alike, and only {:.0f} % of these pairs turn the "
+                              "same way ({:.0f} % of those at δ = 2).",
+                              100 * (1 - close.opposite), 100 * (1 - next.opposite)));
     fig.published("the nearest segments turn alike, ε_i ≈ ε_j: median cosine between them at δ = 2", 1.0,
                   next.cosine, next.cosine > 0.9, "above 0.9");
     fig.published(
         "segments that are not close lower the energy more: synergy of δ = 10 to 20 over that of 2 to 4",
-        std::string("> 1"), good.synergy / close.synergy, good.synergy > close.synergy,
-        "the ratio is above 1");
-    fig.published("they turn against each other, ε_i ≈ −ε_j: share of pairs of δ = 10 to 20 that do",
-                  std::string("most"), good.opposite, good.opposite > 0.5, "more than half",
+        "> 1", good.synergy / close.synergy, good.synergy > close.synergy, "the ratio is above 1");
+    fig.published("they turn against each other, ε_i ≈ −ε_j: share of pairs of δ = 10 to 20 that do", "most",
+                  good.opposite, good.opposite > 0.5, "more than half",
                   fmt::format("Their median cosine is {:.2f}.", good.cosine));
+    fig.published(fmt::format("far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over "
+                              "ε_i·R_(i,N)·ε_i with {} contacts or more between, over that with none between",
+                              many),
+                  "≪ 1", far.interaction / few.interaction, far.interaction < 0.5 * few.interaction,
+                  "less than half",
+                  fmt::format("{} pairs and {} pairs; {:.2f} and {:.2f}.", far.pairs, few.pairs,
+                              far.interaction, few.interaction));
     fig.published(
-        fmt::format("far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over ε_i·R_(i,N)·ε_i with "
-                    "{} contacts or more between, over that with none between",
-                    many),
-        std::string("≪ 1"), far.interaction / few.interaction, far.interaction < 0.5 * few.interaction,
-        "less than half",
-        fmt::format("{} pairs and {} pairs; {:.2f} and {:.2f}.", far.pairs, few.pairs, far.interaction,
-                    few.interaction));
-    fig.published(
-        fmt::format("far segments give no advantage over single ones: synergy with {} contacts or more "
-                    "between",
-                    many),
-        std::string("about 1"), far.synergy, std::abs(far.synergy - 1) < 0.1, "0.9 to 1.1",
         fmt::format(
-            "It is largest with two or three contacts between, {:.2f}, and {:.2f} with eight or more: "
-            "the second segment still cancels the contacts beyond both.",
-            summary(with_between(every, 2, 3)).synergy, summary(with_between(every, 8, 1000)).synergy));
+            "far segments give no advantage over single ones: synergy with {} contacts or more between",
+            many),
+        "about 1", far.synergy, std::abs(far.synergy - 1) < 0.1, "0.9 to 1.1",
+        fmt::format("It is largest with two or three contacts between, {:.2f}, and {:.2f} with eight or "
+                    "more: the second segment still cancels the contacts beyond both.",
+                    summary(with_between(every, 2, 3)).synergy,
+                    summary(with_between(every, 8, 1000)).synergy));
     fig.published(
         "the quadratic energy of the wall is much larger than that of bending: of ε at the minima of single "
         "relaxations, summed",
-        std::string("≫ 1"), quadratic, quadratic > 5, "more than 5 times",
+        "≫ 1", quadratic, quadratic > 5, "more than 5 times",
         fmt::format("The traces are in the ratio {:.3g}.", quadratic_trace));
 }
 
@@ -185,32 +175,27 @@ io::Plot picture(const PaperScene& scene, int farthest) {
         "'synergy'\n"
         "set yrange [0:*]\nset key bottom right\n"
         "plot 'pair_relaxation.csv' skip 1 using 1:2 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#0072B2' "
-        "title "
-        "'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with lines "
-        "dt 3 lc "
-        "rgb 'black' title 'the second adds nothing'\n"
+        "title 'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with "
+        "lines dt 3 lc rgb 'black' title 'the second adds nothing'\n"
         "unset label 1\nset title 'how the two turn'\nset xlabel 'separation δ = j − i [segments]'\nset "
-        "yrange "
-        "[-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
+        "yrange [-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
         "plot 'pair_relaxation.csv' skip 1 using 1:3 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#D55E00' "
-        "title "
-        "'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 with "
-        "linespoints "
-        "pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of i'\nunset multiplot\n",
+        "title 'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 "
+        "with linespoints pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of "
+        "i'\nunset multiplot\n",
         farthest);
     plot.caption = fmt::format(
         "Double relaxations at every pair of segments of a wire on its way to rest (the paper's Section "
-        "2.3.1, drawn "
-        "there as Fig. 3): {}.",
+        "2.3.1, drawn there as Fig. 3): {}.",
         scene.text());
     return plot;
 }
 
 /// Tr R₍i,N₎ against Tr A_i along the wire, where it rests.
 io::Table traces_table(const Chain& wire, const SegmentTerms& terms) {
-    io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}, {}};
+    io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}};
     for (int i = 1; i <= wire.segments(); ++i)
-        table.add({static_cast<double>(i), terms.wall[i].trace(), terms.bending[i].trace()});
+        table.add({i, terms.wall[i].trace(), terms.bending[i].trace()});
     return table;
 }
 
@@ -218,14 +203,13 @@ io::Plot traces_plot(const PaperScene& scene) {
     io::Plot plot{"pair_relaxation_traces", "", 900, 420};
     plot.commands =
         "set grid lc rgb '#dddddd'\nset logscale y\nset xlabel 'segment i'\nset ylabel 'trace [N·mm]'\nset "
-        "key bottom "
-        "left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb '#D55E00' title 'Tr "
-        "R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb '#0072B2' title 'Tr A_i, "
-        "bending'\n";
+        "key bottom left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb "
+        "'#D55E00' title 'Tr R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb "
+        "'#0072B2' title 'Tr A_i, bending'\n";
     plot.caption = fmt::format(
         "Size of the two second-order terms along a wire at rest: R ≫ A, most of all for small i (the "
-        "paper's Section "
-        "3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): {}.",
+        "paper's Section 3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): "
+        "{}.",
         scene.text());
     return plot;
 }
@@ -272,13 +256,11 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     const auto add = [](io::Table& table, int number, const std::vector<Pair>& pairs) {
         if (pairs.empty()) return;
         const Summary s = summary(pairs);
-        table.add({static_cast<double>(number), s.synergy, s.cosine, s.interaction, s.opposite, s.between,
-                   static_cast<double>(s.pairs)});
+        table.add({number, s.synergy, s.cosine, s.interaction, s.opposite, s.between, s.pairs});
     };
     const std::vector<std::string> columns = {"synergy",        "median_cosine",    "interaction",
                                               "opposite_share", "contacts_between", "pairs"};
-    io::Table table{"pair_relaxation", {"separation"}, {}},
-        contacts{"pair_relaxation_contacts", {"contacts"}, {}};
+    io::Table table{"pair_relaxation", {"separation"}}, contacts{"pair_relaxation_contacts", {"contacts"}};
     for (io::Table* each : {&table, &contacts})
         each->columns.insert(each->columns.end(), columns.begin(), columns.end());
     for (int delta = 2; delta <= size.farthest; ++delta)
@@ -290,12 +272,10 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     result.plots = {picture(scene, size.farthest), traces_plot(scene)};
     result.page = claims_page(
         "pair-relaxation", "Which two segments relax better together",
-        fmt::format(
-            "{}. From the centreline the wire makes {} cycles with M = 1; after each of these numbers of "
-            "cycles, "
-            "{}, every pair of segments with a contact beyond both is relaxed by Eq. 35 and each of the two "
-            "by Eq. 17, from the same state, to the minimum of the model.",
-            scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
+        fmt::format("{}. From the centreline the wire makes {} cycles with M = 1; after each of these "
+                    "numbers of cycles, {}, every pair of segments with a contact beyond both is relaxed by "
+                    "Eq. 35 and each of the two by Eq. 17, from the same state, to the minimum of the model.",
+                    scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
         result, options);
     result.tables = {std::move(table), std::move(contacts),
                      traces_table(rest.wire, segment_terms(scene, rest.wire))};

@@ -78,10 +78,9 @@ Rest rest_again(const PaperScene& scene, const Chain& rest) {
                                                         scene.segments()));
 }
 
-double farthest_joint(const Chain& a, const Chain& b) {
+double farthest_joint(std::span<const geometry::Vec3> a, std::span<const geometry::Vec3> b) {
     double farthest = 0;
-    for (std::size_t i = 0; i < a.joints.size(); ++i)
-        farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
+    for (std::size_t i = 0; i < a.size(); ++i) farthest = std::max(farthest, (a[i] - b[i]).norm());
     return farthest;
 }
 

@@ -2,6 +2,7 @@
 /// What the studies of the paper share: its wire in the tube of a scene, and its methods.
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,7 +65,10 @@ Rest global_rest(const physics::LumenWall&, physics::Chain from);
 /// segments changes and not the basin.
 Rest rest_again(const PaperScene&, const physics::Chain& rest);
 
-double farthest_joint(const physics::Chain&, const physics::Chain&);  // [mm]
+double farthest_joint(std::span<const geometry::Vec3>, std::span<const geometry::Vec3>);  // [mm]
+inline double farthest_joint(const physics::Chain& a, const physics::Chain& b) {
+    return farthest_joint(a.joints, b.joints);
+}
 
 /// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, with x and y from these
 /// columns.

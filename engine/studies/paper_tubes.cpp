@@ -4,8 +4,9 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
+#include "engine/studies/quantile.h"
 #include "engine/studies/resolution.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/wire/energy.h"
 
@@ -82,56 +83,45 @@ void measure(Tried& tried, const PaperTubeSizes& size, std::uint64_t seed) {
         for (std::size_t i = 1; i < rest.wire.joints.size(); ++i)
             sizes_of.push_back(std::abs(reference.deviation(rest.wire.joints[i])));
     }
-    std::sort(sizes_of.begin(), sizes_of.end());
-    const double count = static_cast<double>(sizes_of.size());
-    tried.within = static_cast<double>(std::upper_bound(sizes_of.begin(), sizes_of.end(), close_deviation) -
-                                       sizes_of.begin()) /
-                   count;
-    tried.median = sizes_of[sizes_of.size() / 2];
-    tried.p95 = sizes_of[static_cast<std::size_t>(0.95 * count)];
+    const auto close =
+        std::count_if(sizes_of.begin(), sizes_of.end(), [](double d) { return d <= close_deviation; });
+    tried.within = static_cast<double>(close) / static_cast<double>(sizes_of.size());
+    tried.median = quantile(sizes_of, 0.5);
+    tried.p95 = quantile(sizes_of, 0.95);
 }
 
 io::Plot paper_tubes_picture() {
     io::Plot plot{"paper_tubes", "", 1000, 620};
-    const auto family = [](const char* name, const char* look, const char* title) {
-        return fmt::format(
+    const auto family = [&](const char* name, const char* look, const char* title) {
+        plot.curve(fmt::format(
             "'paper_tubes.csv' skip 1 using (strcol(1) eq '{}' ? 100*$4 : 1/0):(1000*$9) {} title '{}'", name,
-            look, title);
+            look, title));
     };
     plot.commands = fmt::format(
         "set grid lc rgb '#dddddd'\nset logscale xy\nset xlabel 'ΔU/U at η = 3 [%], Fig. 13'\nset ylabel "
-        "'|d| that 95 % of "
-        "all joints and walls stay below [µm], Fig. 18'\nset key top left Left reverse\nset xrange "
-        "[0.01:10]\nset yrange "
-        "[0.1:1000]\nset object 1 rectangle from {:.4f},0.1 to {:.4f},5 behind fc rgb '#cfe8d5' fs "
-        "noborder\nset label 1 "
-        "'published: both' at {:.4f},0.2 center tc rgb '#2d6a4f'\nset arrow 1 from 0.01,5 to 10,5 nohead dt "
-        "3 lc rgb "
-        "'#2d6a4f'\nset arrow 2 from {:.4f},0.1 to {:.4f},1000 nohead dt 3 lc rgb '#2d6a4f'\n",
+        "'|d| that 95 % of all joints and walls stay below [µm], Fig. 18'\nset key top left Left "
+        "reverse\nset xrange [0.01:10]\nset yrange [0.1:1000]\nset object 1 rectangle from {:.4f},0.1 to "
+        "{:.4f},5 behind fc rgb '#cfe8d5' fs noborder\nset label 1 'published: both' at {:.4f},0.2 center tc "
+        "rgb '#2d6a4f'\nset arrow 1 from 0.01,5 to 10,5 nohead dt 3 lc rgb '#2d6a4f'\nset arrow 2 from "
+        "{:.4f},0.1 to {:.4f},1000 nohead dt 3 lc rgb '#2d6a4f'\n",
         100 * published_fit.at(3) / 1.15, 100 * published_fit.at(3) * 1.15, 100 * published_fit.at(3),
         100 * published_fit.at(3), 100 * published_fit.at(3));
-    plot.commands += "plot " +
-                     family("bends wider", "with linespoints pt 7 lw 2 lc rgb '#D55E00'",
-                            "scene coronary, bends 0.95 to 6 times as wide") +
-                     ", \\\n     " +
-                     family("wall stiffer", "with linespoints pt 5 lw 2 lc rgb '#0072B2'",
-                            "tube of Fig. 13, wall 0.1 to 100 times as stiff") +
-                     ", \\\n     " +
-                     family("wall stiffer in sinuous", "with linespoints pt 9 lw 2 lc rgb '#009E73'",
-                            "scene sinuous, wall 0.1 to 10 times as stiff") +
-                     ", \\\n     " +
-                     family("bends tighter and wall stiffer", "with points pt 4 lw 2 lc rgb '#56B4E9'",
-                            "scene coronary, bends 0.75 to 0.95 and wall 3 to 30 times") +
-                     ", \\\n     " +
-                     family("scene", "with points pt 6 ps 1.6 lw 2 lc rgb '#CC79A7'",
-                            "coronary-tight, sharp, tube of Fig. 13 in pieces") +
-                     "\n";
+    plot.commands += "plot ";
+    family("bends wider", "with linespoints pt 7 lw 2 lc rgb '#D55E00'",
+           "scene coronary, bends 0.95 to 6 times as wide");
+    family("wall stiffer", "with linespoints pt 5 lw 2 lc rgb '#0072B2'",
+           "tube of Fig. 13, wall 0.1 to 100 times as stiff");
+    family("wall stiffer in sinuous", "with linespoints pt 9 lw 2 lc rgb '#009E73'",
+           "scene sinuous, wall 0.1 to 10 times as stiff");
+    family("bends tighter and wall stiffer", "with points pt 4 lw 2 lc rgb '#56B4E9'",
+           "scene coronary, bends 0.75 to 0.95 and wall 3 to 30 times");
+    family("scene", "with points pt 6 ps 1.6 lw 2 lc rgb '#CC79A7'",
+           "coronary-tight, sharp, tube of Fig. 13 in pieces");
+    plot.commands += "\n";
     plot.caption =
         "What a tube has of the paper's Fig. 13 against what it has of its Fig. 18, for the same wire of 175 "
-        "segments: a "
-        "wall as soft as Section 3.3 implies moves the wire too far for Fig. 18 where it has Fig. 13. Only "
-        "walls ten times "
-        "as stiff and more lie in the green field, where both hold.";
+        "segments: a wall as soft as Section 3.3 implies moves the wire too far for Fig. 18 where it has "
+        "Fig. 13. Only walls ten times as stiff and more lie in the green field, where both hold.";
     return plot;
 }
 
@@ -149,13 +139,12 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"paper_tubes",
                     {"family", "bends_times", "stiffness_times", "at_eta_3", "c1", "c2", "within_5_um",
-                     "median_mm", "p95_mm", "joints_touching", "largest_gradient"},
-                    {}};
+                     "median_mm", "p95_mm", "joints_touching", "largest_gradient"}};
     int of_13 = 0, of_18 = 0, both = 0, soft = 0;
     double best_18 = 0, least_stiffness = 1e300;
     for (const Tried& t : all) {
         table.add({t.family, t.tube.bends, t.tube.stiffness, t.at_three, t.c1, t.c2, t.within, t.median,
-                   t.p95, static_cast<double>(t.touching), t.gradient});
+                   t.p95, t.touching, t.gradient});
         const bool has_13 = std::abs(t.at_three / published_fit.at(3) - 1) < 0.15, has_18 = t.within >= 0.95,
                    as_stiff = t.tube.stiffness >= 0.5 && t.tube.stiffness <= 2;
         of_13 += has_13;
@@ -168,31 +157,30 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
     FigureClaims fig(
         result, "Figs. 13 and 18",
         "Fig. 13: ΔU/U at η = 3 within 15 % of that of Eq. 40. Fig. 18: 95 % of |d| within 5 µm.");
-    fig.add(ClaimKind::Calibrated, "one wire has both: tubes and stiffnesses tried that have both",
-            std::string("one"), static_cast<double>(both), both > 0, "at least one",
+    fig.add(ClaimKind::Calibrated, "one wire has both: tubes and stiffnesses tried that have both", "one",
+            both, both > 0, "at least one",
             fmt::format("Of {} tubes {} have Fig. 13, {} have Fig. 18. The least k that has both is {:g} "
                         "times 0.84 EI/λ³.",
                         all.size(), of_13, of_18, least_stiffness));
     fig.published(
         "and its wall is as stiff as the traces of Section 3.3 imply, 0.84 EI/λ³ within a factor of 2: tubes "
-        "that "
-        "have both",
-        std::string("one"), static_cast<double>(soft), soft > 0, "at least one",
+        "that have both",
+        "one", soft, soft > 0, "at least one",
         fmt::format(
             "Of these the best with Fig. 13 has {:.0f} % of |d| within 5 µm. ΔU/U is about the wall's share "
-            "of the energy, and an uneven wall moves the wire by a share of its depth in the wall: both "
-            "grow together. A wall ten times as stiff or more, in bends of about 3 mm, has both, its ΔU/U "
-            "then that of bending; but Tr R over Tr A, 22.7 published, grows with k.",
+            "of the energy, and an uneven wall moves the wire by a share of its depth in the wall: both grow "
+            "together. A wall ten times as stiff or more, in bends of about 3 mm, has both, its ΔU/U then "
+            "that of bending; but Tr R over Tr A, 22.7 published, grows with k.",
             100 * best_18));
     result.plots = {paper_tubes_picture()};
-    result.page = claims_page("paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
-                              fmt::format("Both figures are of one wire of 175 segments, whose tube is not "
-                                          "published. Here tubes and stiffnesses "
-                                          "are tried side by side: for each, the energy at rest with 175 to "
-                                          "525 segments, and the wire at rest "
-                                          "in {} walls with the random stiffness of Eq. 41 (seed {}).\n\n{}",
-                                          size.walls, options.seed, io::to_markdown(table, 3)),
-                              result, options);
+    result.page = claims_page(
+        "paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
+        fmt::format(
+            "Both figures are of one wire of 175 segments, whose tube is not published. Here tubes and "
+            "stiffnesses are tried side by side: for each, the energy at rest with 175 to 525 segments, and "
+            "the wire at rest in {} walls with the random stiffness of Eq. 41 (seed {}).\n\n{}",
+            size.walls, options.seed, io::to_markdown(table, 3)),
+        result, options);
     result.tables = {std::move(table)};
     return result;
 }

@@ -10,6 +10,7 @@
 #include "engine/studies/pareto_measure.h"
 #include "engine/studies/pareto_pictures.h"
 #include "engine/studies/pareto_tables.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -61,11 +62,10 @@ std::string needs(const ParetoSpeed& s) {
 
 void claim_order(const std::vector<ParetoMethod>& methods, const std::vector<ParetoCourses>& courses,
                  StudyResult& result) {
-    FigureClaims section(
-        result, "Section 3.2",
-        "FEM and MSM, of which the paper gives no comparison, are implementations of our own that share "
-        "no code with the relaxers. Work is counted: how often the wall is asked, the median of all "
-        "pushes; table pareto_speed has linear solves and times.");
+    FigureClaims section(result, "Section 3.2",
+                         "FEM and MSM, of which the paper gives no comparison, are implementations of our "
+                         "own that share no code with the relaxers. Work is counted: how often the wall is "
+                         "asked, the median of all pushes; table pareto_speed has linear solves and times.");
     const auto courses_of = [&](const char* name) {
         for (std::size_t m = 0; m < methods.size(); ++m)
             if (methods[m].name == name) return courses[m];
@@ -77,14 +77,12 @@ void claim_order(const std::vector<ParetoMethod>& methods, const std::vector<Par
                               two = speed_at(courses_of("M = 2"), accuracy);
             section.published(
                 fmt::format("{} results in longer computation times, here than M = 2 until a push stays "
-                            "within {:g} mm of "
-                            "rest",
+                            "within {:g} mm of rest",
                             word, accuracy),
-                std::string("longer"), fmt::format("{}: {}; M = 2: {}", name, needs(theirs), needs(two)),
+                "longer", fmt::format("{}: {}; M = 2: {}", name, needs(theirs), needs(two)),
                 needs_more(theirs, two), "it needs more counted work than M = 2",
                 "Newton's method on a band of beam elements asks the wall a few times a push. Where no work "
-                "is given, fewer "
-                "than half of the pushes get there within the study's limits.");
+                "is given, fewer than half of the pushes get there within the study's limits.");
         }
 }
 
@@ -132,10 +130,9 @@ std::string front_text(const std::vector<ParetoMethod>& methods, const std::vect
         pushes, tubes, tubes == 1 ? "" : "s");
     return fmt::format(
         "{} {}; of the paper's methods {} comes nearest, within {:.1g} mm after {} ms, and none of them gets "
-        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: "
-        "that the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they "
-        "get to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order "
-        "{} mm "
+        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: that "
+        "the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they get "
+        "to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order {} mm "
         "at the full length of the wire (median of the tubes), is about as near as it can come.",
         setting, own, paper.method, paper.accuracy, two_digits(paper.cpu_ms), others, rivals);
 }
@@ -143,7 +140,7 @@ std::string front_text(const std::vector<ParetoMethod>& methods, const std::vect
 std::string page(const StudyOptions& options, const StudyResult& result, const io::Table& speed,
                  const io::Table& floors, const io::Table& sweep, const io::Table& best,
                  const std::vector<ParetoMethod>& methods, const std::string& basin) {
-    io::Table units{"", {"method", "round", "solve"}, {}};
+    io::Table units{"", {"method", "round", "solve"}};
     for (const ParetoMethod& m : methods) units.add({m.name, m.round, m.solve});
     return fmt::format(
         R"(# Speed against accuracy
@@ -300,7 +297,7 @@ StudyResult run_pareto(const StudyOptions& options) {
     }
     add_curves(curves, "all tubes", methods, all_tubes);
 
-    io::Table floor_table{"pareto_floors", {"tube", "method", "distance_mm", "end"}, {}};
+    io::Table floor_table{"pareto_floors", {"tube", "method", "distance_mm", "end"}};
     std::vector<double> floors;
     for (int m = 0; m < columns; ++m) {
         std::vector<double> distances;
@@ -314,15 +311,14 @@ StudyResult run_pareto(const StudyOptions& options) {
 
     io::Table push_rows{"pareto_pushes",
                         {"tube", "method", "segments", "end", "left_mm", "cpu_ms", "rounds", "wall_queries",
-                         "solves", "basin_mm", "rest_gradient"},
-                        {}};
+                         "solves", "basin_mm", "rest_gradient"}};
     for (int k = 0; k < count; ++k)
         for (std::size_t p = 0; p < pushed[k].size(); ++p) {
             const ParetoCourse& c = pushed[k][p];
             push_rows.add({tubes[k / columns].name, methods[k % columns].name,
-                           static_cast<double>(pushes[k / columns][p].pushed.segments()), c.end,
-                           c.points.back().deviation, 1e3 * c.points.back().cpu, c.work.back().rounds,
-                           c.work.back().wall_queries, c.work.back().solves, c.basin, c.gradient});
+                           pushes[k / columns][p].pushed.segments(), c.end, c.points.back().deviation,
+                           1e3 * c.points.back().cpu, c.work.back().rounds, c.work.back().wall_queries,
+                           c.work.back().solves, c.basin, c.gradient});
         }
 
     std::vector<ParetoCourses> tried_courses(tried.size());
@@ -333,9 +329,8 @@ StudyResult run_pareto(const StudyOptions& options) {
 
     io::Table all{"pareto",
                   {"vessel", "method", "rounds", "cpu_s", "deviation_mm", "wall_queries", "solves",
-                   "rest_energy_N_mm", "basin_mm", "end"},
-                  {}};
-    io::Table front{"pareto_front", {"vessel", "method", "cpu_s", "deviation_mm"}, {}};
+                   "rest_energy_N_mm", "basin_mm", "end"}};
+    io::Table front{"pareto_front", {"vessel", "method", "cpu_s", "deviation_mm"}};
     io::Table best = best_table(tubes, methods, cold);
     std::string basin = cold_rows(tubes, methods, cold, all, front);
     if (!meshes.empty()) {

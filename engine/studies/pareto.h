@@ -1,12 +1,10 @@
 #pragma once
-/// Speed against accuracy: processor time and counted work until the farthest joint stays within a distance
-/// of rest, for every method of the paper, the global relaxer, and the classical rods that the paper names.
+/// What the study of speed against accuracy reads from the course of a method.
 
-#include "engine/studies/study.h"
+#include <span>
+#include <vector>
 
 namespace studies {
-
-StudyResult run_pareto(const StudyOptions&);
 
 /// A method after some of its work.
 struct CostPoint {

@@ -1,9 +1,9 @@
 #include "engine/studies/pareto_measure.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/io/cpu_clock.h"
+#include "engine/studies/paper_scene.h"
 #include "engine/studies/slow_flow.h"
 #include "physics/relax/relaxer.h"
 
@@ -12,18 +12,6 @@ namespace {
 
 using geometry::Vec3;
 using physics::Chain;
-
-void relax_globally(Chain& wire, const physics::LumenWall& wall) {
-    physics::RelaxerConfig config;
-    config.kind = physics::RelaxerKind::Global;
-    physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
-}
-
-double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    double far = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) far = std::max(far, (a[i] - b[i]).norm());
-    return far;
-}
 
 /// The wire through these joints; a rival's segments may be a little longer or shorter than λ.
 Chain through(Chain wire, const std::vector<Vec3>& joints) {
@@ -69,9 +57,9 @@ ParetoCourse measured(End end, const ParetoVessel& vessel, const Chain& start, c
     const SlowFlowReport flow = flow_to_rest(own, *vessel.wall);
     course.energy = flow.energy;
     course.gradient = flow.gradient;
-    course.basin = farthest(own.joints, rest.joints);
+    course.basin = farthest_joint(own, rest);
     for (std::size_t k = 0; k < end.seen.size(); ++k)
-        course.points[k].deviation = farthest(end.seen[k], own.joints);
+        course.points[k].deviation = farthest_joint(end.seen[k], own.joints);
     return course;
 }
 
@@ -84,17 +72,14 @@ int part(const ParetoMethod& method, int most, double share) {
 ParetoCourse from_centreline(const ParetoVessel& vessel, const ParetoMethod& method, int series,
                              double share) {
     const Chain start = vessel.wire(vessel.segments);
-    Chain rest = start;
-    relax_globally(rest, *vessel.wall);
+    const Chain rest = global_rest(*vessel.wall, start).wire;
     const auto runner = method.make(vessel, false);
     return measured(watch(*runner, start, method, part(method, method.most_cold, share), series, 2), vessel,
                     start, rest);
 }
 
 std::vector<ParetoPush> pareto_pushes(const ParetoVessel& vessel, int count) {
-    physics::RelaxerConfig config;
-    config.kind = physics::RelaxerKind::Global;
-    const auto relaxer = physics::make_relaxer(config, *vessel.wall);
+    const auto relaxer = physics::make_relaxer({}, *vessel.wall);
     const int first = std::max(2, static_cast<int>(0.4 * vessel.segments));
     Chain wire = vessel.wire(first);
     relaxer->relax(wire, {1'000'000'000, 0, 0});
@@ -121,8 +106,7 @@ ParetoCourse course_of(const ParetoVessel& vessel, const ParetoMethod& method, c
 }
 
 ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, double share) {
-    Chain rest = vessel.wire(vessel.segments);
-    relax_globally(rest, *vessel.wall);
+    const Chain rest = global_rest(*vessel.wall, vessel.wire(vessel.segments)).wire;
     const auto runner = method.make(vessel, false);
     const ParetoCourse course = measured(
         watch(*runner, rest, method, part(method, 2 * method.most_cold, share), 0, 2), vessel, rest, rest);

@@ -62,17 +62,11 @@ public:
                 static_cast<double>(t.solves)};
     }
     std::string end() const override {
-        switch (progress_) {
-            case rivals::Progress::AtRest:
-                return "at rest";
-            case rivals::Progress::Stuck:
-                return "stuck";
-            case rivals::Progress::Diverged:
-                return "diverged";
-            case rivals::Progress::Going:
-                break;
-        }
-        return "went on";
+        using rivals::Progress;
+        return progress_ == Progress::AtRest     ? "at rest"
+               : progress_ == Progress::Stuck    ? "stuck"
+               : progress_ == Progress::Diverged ? "diverged"
+                                                 : "went on";
     }
 
 private:

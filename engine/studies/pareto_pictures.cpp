@@ -22,20 +22,24 @@ std::string rows(const std::string& table, const std::string& vessel, const std:
 /// One panel for each vessel, the last for the key.
 io::Plot panels(const std::string& name, const std::vector<ParetoVessel>& vessels,
                 const std::vector<ParetoMethod>& methods, const std::string& axes,
-                const std::function<std::string(const ParetoVessel&)>& curves, const std::string& last_key) {
+                const std::function<std::string(const ParetoVessel&, const ParetoMethod&)>& curve) {
     const int count = static_cast<int>(vessels.size()) + 1, columns = std::min(count, count > 5 ? 4 : 3),
               deep = (count + columns - 1) / columns;
     io::Plot plot{name, "", 400 * columns, deep == 1 ? 560 : 420 * deep};
     plot.commands = fmt::format("set multiplot layout {},{}\n{}{}", deep, columns, log_axes, axes);
-    for (const ParetoVessel& vessel : vessels)
-        plot.commands += fmt::format("set title '{}'\nplot {}\n", vessel.name, curves(vessel));
+    for (const ParetoVessel& vessel : vessels) {
+        plot.commands += fmt::format("set title '{}'\nplot ", vessel.name);
+        for (const ParetoMethod& method : methods)
+            plot.curve(fmt::format("{} with lines {}", curve(vessel, method), method.look));
+        plot.commands += "\n";
+    }
     plot.commands +=
         "unset logscale\nunset title\nunset xlabel\nunset ylabel\nunset tics\nunset border\nunset grid\n"
         "unset arrow\nunset label\n"
         "set yrange [0:1]\nset xrange [0:1]\nset key center center font ',11'\nplot ";
     for (const ParetoMethod& method : methods)
-        plot.commands += fmt::format("-1 with lines {} title '{}', \\\n     ", method.look, method.name);
-    plot.commands += last_key + "\nunset multiplot\n";
+        plot.curve(fmt::format("-1 with lines {} title '{}'", method.look, method.name));
+    plot.curve("-1 notitle\nunset multiplot\n");
     return plot;
 }
 
@@ -115,21 +119,16 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
 }
 
 io::Plot tubes_plot(const std::vector<ParetoVessel>& vessels, const std::vector<ParetoMethod>& methods) {
-    const auto curves = [&](const ParetoVessel& vessel) {
-        std::string text;
-        for (const ParetoMethod& method : methods)
-            text += fmt::format("{}{} with lines {}", text.empty() ? "" : ", \\\n     ",
-                                rows("pareto_curves", vessel.name, method.name, "$4", "$3"), method.look);
-        return text;
+    const auto curve = [&](const ParetoVessel& vessel, const ParetoMethod& method) {
+        return rows("pareto_curves", vessel.name, method.name, "$4", "$3");
     };
     io::Plot plot =
         panels("pareto_tubes", vessels, methods,
-               fmt::format(
-                   "set xlabel 'processor time of a push, median [ms]'\nset ylabel 'farthest joint from rest "
-                   "[mm]'\nset xrange [0.02:3000]\nset yrange [1e-6:1.8]\nset arrow from {0},graph 0 to "
-                   "{0},graph 1 nohead lc rgb '#666666' dt 3\n",
-                   frame_ms),
-               curves, "-1 notitle");
+               fmt::format("set xlabel 'processor time of a push, median [ms]'\nset ylabel 'farthest joint "
+                           "from rest [mm]'\nset xrange [0.02:3000]\nset yrange [1e-6:1.8]\nset arrow from "
+                           "{0},graph 0 to {0},graph 1 nohead lc rgb '#666666' dt 3\n",
+                           frame_ms),
+               curve);
     plot.caption =
         "The same by tube: the median time after which the farthest joint stays within a distance of rest. "
         "Dotted: 16.7 ms, 60 frames a second. A line ends where less than half of the pushes get nearer.";
@@ -138,22 +137,16 @@ io::Plot tubes_plot(const std::vector<ParetoVessel>& vessels, const std::vector<
 }
 
 io::Plot centreline_plot(const std::vector<ParetoVessel>& vessels, const std::vector<ParetoMethod>& methods) {
-    const auto curves = [&](const ParetoVessel& vessel) {
-        std::string text;
-        for (const ParetoMethod& method : methods)
-            text += (text.empty() ? "" : ", \\\n     ") +
-                    rows("pareto", vessel.name, method.name, "$4", "column(5) > 1e-7 ? column(5) : 1e-7") +
-                    fmt::format(" with lines {}", method.look);
-        return text;
+    const auto curve = [&](const ParetoVessel& vessel, const ParetoMethod& method) {
+        return rows("pareto", vessel.name, method.name, "$4", "column(5) > 1e-7 ? column(5) : 1e-7");
     };
     io::Plot plot = panels("pareto", vessels, methods,
                            "set xlabel 'processor time [s]'\nset ylabel 'farthest joint from rest [mm]'\n"
                            "set yrange [1e-7:30]\n",
-                           curves, "-1 notitle");
+                           curve);
     plot.caption =
         "From the centreline to rest: the farthest joint's distance from rest [mm] against processor time "
-        "[s]. "
-        "Down and to the left is better. The rivals have no wall for meshes.";
+        "[s]. Down and to the left is better. The rivals have no wall for meshes.";
     for (const ParetoVessel& vessel : vessels) plot.caption += " " + vessel.text() + ".";
     return plot;
 }

@@ -92,7 +92,7 @@ std::string cannot_reach(const ParetoMethod& method, const ParetoCourses& course
 
 io::Table speed_table(const std::vector<ParetoMethod>& methods, const std::vector<ParetoCourses>& courses,
                       const std::vector<double>& floors) {
-    io::Table table{"pareto_speed", {"method"}, {}};
+    io::Table table{"pareto_speed", {"method"}};
     for (const double accuracy : table_accuracies)
         table.columns.push_back(fmt::format("within {:g} mm", accuracy));
     table.columns.insert(table.columns.end(), {"floor_mm", "cannot reach"});
@@ -107,9 +107,9 @@ io::Table speed_table(const std::vector<ParetoMethod>& methods, const std::vecto
 }
 
 io::Table curves_table() {
-    return {"pareto_curves",
-            {"vessel", "method", "accuracy_mm", "push_cpu_ms", "reached", "rounds", "wall_queries", "solves"},
-            {}};
+    return {
+        "pareto_curves",
+        {"vessel", "method", "accuracy_mm", "push_cpu_ms", "reached", "rounds", "wall_queries", "solves"}};
 }
 
 void add_curves(io::Table& table, const std::string& vessel, const std::vector<ParetoMethod>& methods,
@@ -125,8 +125,7 @@ void add_curves(io::Table& table, const std::string& vessel, const std::vector<P
 io::Table best_table(const std::vector<ParetoVessel>& vessels, const std::vector<ParetoMethod>& methods,
                      const std::vector<ParetoCourse>& courses) {
     io::Table table{"pareto_best",
-                    {"vessel", "accuracy_mm", "method", "rounds", "cpu_ms", "paper_method", "paper_cpu_ms"},
-                    {}};
+                    {"vessel", "accuracy_mm", "method", "rounds", "cpu_ms", "paper_method", "paper_cpu_ms"}};
     for (std::size_t v = 0; v < vessels.size(); ++v) {
         for (const double accuracy : table_accuracies) {
             // The best of all, and the best of the paper's.

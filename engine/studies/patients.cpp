@@ -1,9 +1,6 @@
-#include "engine/studies/patients.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
 
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -11,6 +8,8 @@
 #include "engine/io/error.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/patient_figures.h"
+#include "engine/studies/runs.h"
+#include "engine/studies/work.h"
 
 namespace studies {
 namespace {
@@ -95,9 +94,7 @@ void add_surface(io::Table& table, std::string_view preset, int seed, std::vecto
             anatomy::generate(anatomy::vessel_preset(preset, static_cast<std::uint64_t>(seed)));
         const double angle = anatomy::smallest_angles(anatomy.lumen).percentile / geometry::degree;
         const int crossings = anatomy::self_intersections(anatomy.lumen);
-        table.add({std::string(preset), static_cast<double>(seed),
-                   static_cast<double>(anatomy.lumen.triangles.size()),
-                   static_cast<double>(anatomy.ends.size()), angle, static_cast<double>(crossings)});
+        table.add({preset, seed, anatomy.lumen.triangles.size(), anatomy.ends.size(), angle, crossings});
         if (crossings > 0) failed.push_back(fmt::format("{} {}: triangles cross", preset, seed));
     } catch (const io::InputError& error) {
         failed.push_back(fmt::format("{} {}: {}", preset, seed, error.what()));
@@ -117,8 +114,8 @@ const PublishedFigure& figure_of(std::string_view quantity) {
 
 void add_effects(StudyResult& result) {
     const auto add = [&](const std::string& text, double published, double measured, double tolerance) {
-        result.claims.push_back({text, published, measured, std::abs(measured - published) <= tolerance,
-                                 "two patients of seed 0 that differ in nothing else"});
+        result.claim(text, published, measured, std::abs(measured - published) <= tolerance,
+                     "two patients of seed 0 that differ in nothing else");
     };
     anatomy::PatientWish young, old, woman, man, small, tall;
     young.age = 55, old.age = 65;
@@ -137,9 +134,9 @@ void add_effects(StudyResult& result) {
     add("Sandgren 1999: a man's common femoral artery is wider by [mm]", 0.6,
         change("iliac-renal", woman, man, femoral.measured), 0.1);
     const double wider = change("arch-1", young, old, width.measured);
-    result.claims.push_back({"Redheuil 2011: the arch widens with age", std::string("yes"),
-                             fmt::format("{:.1f} mm in ten years", wider), wider > 0,
-                             "two patients of seed 0 that differ in nothing else"});
+    result.claim("Redheuil 2011: the arch widens with age", "yes",
+                 fmt::format("{:.1f} mm in ten years", wider), wider > 0,
+                 "two patients of seed 0 that differ in nothing else");
 }
 
 io::Plot patients_picture() {
@@ -148,13 +145,10 @@ io::Plot patients_picture() {
         "set multiplot\nset datafile separator ','\nset grid\n"
         "set size 1,0.58\nset origin 0,0.42\nset bmargin 14\nset lmargin 14\n"
         "set title 'Dimensions of 100 patients over the published mean: bars are ± 1 standard deviation'\n"
-        "set xtics rotate by 60 right font ',7'\nset xrange [-1:]\nset yrange [0.4:1.6]\nset key "
-        "top right "
+        "set xtics rotate by 60 right font ',7'\nset xrange [-1:]\nset yrange [0.4:1.6]\nset key top right "
         "horizontal\n"
         "plot 'dimensions.csv' skip 1 using ($0-0.15):(1):($5/$4):xtic(strcol(1).': '.strcol(2)) with "
-        "yerrorbars "
-        "pointtype 7 "
-        "pointsize 0.4 linecolor '#999999' title 'published', \\\n"
+        "yerrorbars pointtype 7 pointsize 0.4 linecolor '#999999' title 'published', \\\n"
         "     '' skip 1 using ($0+0.15):($6/$4):($7/$4) with yerrorbars pointtype 7 pointsize 0.5 linecolor "
         "'#0072B2' title 'drawn'\n"
         "set bmargin 3\nset lmargin 8\nset size 0.5,0.42\nset origin 0,0\nunset xtics\nset xtics norotate "
@@ -164,17 +158,15 @@ io::Plot patients_picture() {
         "plot 'dimensions.csv' skip 1 using 0:9 with points pointtype 7 pointsize 0.7 linecolor '#D55E00' "
         "title 'drawn', 0.25 linecolor '#999999' title '±0.25', -0.25 linecolor '#999999' notitle\n"
         "set origin 0.5,0\nset title 'Ascending aorta [mm] and age [years]'\nset xlabel\nset xrange "
-        "[*:*]\nset "
-        "yrange [*:*]\nset key top left\n"
+        "[*:*]\nset yrange [*:*]\nset key top left\n"
         "plot 'patients.csv' skip 1 using (strcol(2) eq 'f' ? $3 : 1/0):6 with points pointtype 7 linecolor "
         "'#CC79A7' title 'women', \\\n"
         "     '' skip 1 using (strcol(2) eq 'm' ? $3 : 1/0):6 with points pointtype 5 linecolor '#0072B2' "
-        "title "
-        "'men'\n"
+        "title 'men'\n"
         "unset multiplot\n";
     plot.caption =
-        "Drawn vessels against published ones: means and spreads, what consecutive seeds have in "
-        "common, and the patients' ages.";
+        "Drawn vessels against published ones: means and spreads, what consecutive seeds have in common, and "
+        "the patients' ages.";
     return plot;
 }
 
@@ -184,21 +176,15 @@ StudyResult run_patients(const StudyOptions& options) {
     const int seeds = options.quick ? 40 : 100, surfaces = options.quick ? 0 : 2;
     const auto presets = anatomy::vessel_presets();
     const int of = static_cast<int>(presets.size()) * (1 + surfaces);
-    int done = 0;
-    const auto progress = [&](const std::string& what) {
-        if (options.progress) options.progress({++done, of, what});
-    };
+    Work work(options, of);
     io::Table validity{
-        "validity",
-        {"preset", "seeds", "grown", "draws_rejected", "most_for_a_seed", "seeds_with_rejected"},
-        {}};
+        "validity", {"preset", "seeds", "grown", "draws_rejected", "most_for_a_seed", "seeds_with_rejected"}};
     io::Table dimensions{"dimensions",
                          {"preset", "quantity", "source", "published_mean", "published_deviation", "mean",
-                          "deviation", "patients", "consecutive_seeds", "with_age", "with_height"},
-                         {}};
-    io::Table people{
-        "patients", {"seed", "sex", "age_years", "height_cm", "weight_kg", "ascending_aorta_mm"}, {}};
-    io::Table meshes{"surfaces", {"preset", "seed", "triangles", "ends", "p1_angle_deg", "crossings"}, {}};
+                          "deviation", "patients", "consecutive_seeds", "with_age", "with_height"}};
+    io::Table people{"patients",
+                     {"seed", "sex", "age_years", "height_cm", "weight_kg", "ascending_aorta_mm"}};
+    io::Table meshes{"surfaces", {"preset", "seed", "triangles", "ends", "p1_angle_deg", "crossings"}};
     StudyResult result;
     std::vector<double> shifts;
     int grown = 0, wanted = 0, rejected = 0;
@@ -209,15 +195,13 @@ StudyResult run_patients(const StudyOptions& options) {
         wanted += seeds, grown += static_cast<int>(drawn.trees.size()), rejected += drawn.rejected;
         if (failure.empty() && !drawn.failed.empty())
             failure = fmt::format("{} {}", preset.name, drawn.failed);
-        validity.add({std::string(preset.name), static_cast<double>(seeds),
-                      static_cast<double>(drawn.trees.size()), static_cast<double>(drawn.rejected),
-                      static_cast<double>(drawn.most_rejected), static_cast<double>(drawn.seeds_rejected)});
+        validity.add({preset.name, seeds, drawn.trees.size(), drawn.rejected, drawn.most_rejected,
+                      drawn.seeds_rejected});
         for (const PublishedFigure& figure : published_figures()) {
             if (figure.preset != preset.name || drawn.trees.size() < 10) continue;
             const Comparison c = compare(figure, drawn);
-            dimensions.add({std::string(preset.name), std::string(figure.quantity),
-                            std::string(figure.source), figure.mean, figure.deviation, c.mean, c.deviation,
-                            static_cast<double>(c.count), c.consecutive, c.with_age, c.with_height});
+            dimensions.add({preset.name, figure.quantity, figure.source, figure.mean, figure.deviation,
+                            c.mean, c.deviation, c.count, c.consecutive, c.with_age, c.with_height});
             shifts.push_back(c.consecutive);
             if (figure.source == "estimate") continue;
             // Three standard errors, and the width of what is measured at one place and published for a
@@ -226,55 +210,48 @@ StudyResult run_patients(const StudyOptions& options) {
             const bool holds = std::abs(c.mean - figure.mean) <= error &&
                                c.deviation >= 0.7 * figure.deviation &&
                                c.deviation <= 1.35 * figure.deviation;
-            result.claims.push_back(
-                {fmt::format("{}: {} ({})", preset.name, figure.quantity, figure.source),
-                 spread_text(figure.mean, figure.deviation), spread_text(c.mean, c.deviation), holds,
-                 fmt::format("{} patients; mean within three standard errors and 2 %, spread within 0.7 to "
-                             "1.35 of the published",
-                             c.count)});
+            result.claim(fmt::format("{}: {} ({})", preset.name, figure.quantity, figure.source),
+                         spread_text(figure.mean, figure.deviation), spread_text(c.mean, c.deviation), holds,
+                         fmt::format("{} patients; mean within three standard errors and 2 %, spread within "
+                                     "0.7 to 1.35 of the published",
+                                     c.count));
         }
         if (preset.name == "arch-1") {
             for (std::size_t i = 0; i < drawn.trees.size(); ++i) {
                 const Patient& p = drawn.patients[i];
-                people.add({static_cast<double>(drawn.seeds[i]),
-                            std::string(p.sex == Sex::Female ? "f" : "m"), p.age, p.height / 10, p.weight,
+                people.add({drawn.seeds[i], p.sex == Sex::Female ? "f" : "m", p.age, p.height / 10, p.weight,
                             figure_of("ascending aorta [mm]").measured(drawn.trees[i])});
             }
         }
-        progress(fmt::format("{}, {} patients", preset.name, seeds));
+        work.tell(fmt::format("{}, {} patients", preset.name, seeds));
         for (int seed = 1; seed <= surfaces; ++seed) {
             add_surface(meshes, preset.name, seed, broken);
-            progress(fmt::format("{}, surface of seed {}", preset.name, seed));
+            work.tell(fmt::format("{}, surface of seed {}", preset.name, seed));
         }
     }
     double square = 0, largest = 0;
     for (const double r : shifts) square += r * r, largest = std::max(largest, std::abs(r));
     const double usual = std::sqrt(square / static_cast<double>(shifts.size()));
     const double chance = 1 / std::sqrt(seeds - 1.0);
-    result.claims.push_back({"correlation between consecutive seeds, root mean square of all dimensions",
-                             chance, usual, usual < 1.3 * chance, "what independent numbers have by chance"});
-    result.claims.push_back({"largest correlation between consecutive seeds", 0.0, largest,
-                             largest < 4 * chance,
-                             "four times what one has by chance is accepted: there are dozens"});
-    result.claims.push_back({"patients whose vessels can be grown", static_cast<double>(wanted),
-                             static_cast<double>(grown), grown == wanted, failure});
-    result.claims.push_back(
-        {"draws rejected, because vessels ran into each other or bent too tightly, of all [%]", 0.0,
-         100.0 * rejected / (rejected + grown), rejected < 0.25 * (rejected + grown),
-         "up to a quarter is accepted: dimensions are kept and only angles and bends drawn "
-         "again, six times"});
+    result.claim("correlation between consecutive seeds, root mean square of all dimensions", chance, usual,
+                 usual < 1.3 * chance, "what independent numbers have by chance");
+    result.claim("largest correlation between consecutive seeds", 0.0, largest, largest < 4 * chance,
+                 "four times what one has by chance is accepted: there are dozens");
+    result.claim("patients whose vessels can be grown", wanted, grown, grown == wanted, failure);
+    result.claim(
+        "draws rejected, because vessels ran into each other or bent too tightly, of all [%]", 0.0,
+        100.0 * rejected / (rejected + grown), rejected < 0.25 * (rejected + grown),
+        "up to a quarter is accepted: dimensions are kept and only angles and bends drawn again, six times");
     if (surfaces > 0)
-        result.claims.push_back({"surfaces that could not be generated, or cross themselves", 0.0,
-                                 static_cast<double>(broken.size()), broken.empty(),
-                                 broken.empty() ? "" : broken.front()});
+        result.claim("surfaces that could not be generated, or cross themselves", 0.0, broken.size(),
+                     broken.empty(), broken.empty() ? "" : broken.front());
     add_effects(result);
     result.plots = {patients_picture()};
     const std::string introduction =
         fmt::format(
             "Patients 1 to {} of every preset: sex, age and size are drawn, and their vessels from the "
-            "published "
-            "spreads for such a patient. Where a spread is published for one sex, only its patients "
-            "count.\n\n",
+            "published spreads for such a patient. Where a spread is published for one sex, only its "
+            "patients count.\n\n",
             seeds) +
         io::to_markdown(validity) + "\n" + io::to_markdown(dimensions, 3) +
         (surfaces > 0 ? "\nThe surfaces of two of each:\n\n" + io::to_markdown(meshes) : std::string());

@@ -3,21 +3,10 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
-#include "engine/studies/accuracy.h"
-#include "engine/studies/anatomy.h"
 #include "engine/studies/claims.h"
-#include "engine/studies/devices.h"
-#include "engine/studies/economy.h"
-#include "engine/studies/imaging.h"
-#include "engine/studies/paper.h"
-#include "engine/studies/pareto.h"
-#include "engine/studies/patients.h"
-#include "engine/studies/robustness.h"
-#include "engine/studies/stability.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
-#include "engine/studies/triangle_walls.h"
-#include "engine/studies/views.h"
 
 namespace studies {
 namespace {
@@ -59,7 +48,7 @@ const Study& find_study(std::string_view id) {
         if (study.id == id) return study;
         ids.push_back(study.id);
     }
-    throw io::InputError(fmt::format("'{}' is not a study; studies are: {}", id, io::joined(ids)));
+    throw io::InputError("'{}' is not a study; studies are: {}", id, io::joined(ids));
 }
 
 std::vector<std::string> run_study(const Study& study, const std::filesystem::path& out,

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
-#include <span>
 #include <tuple>
 
 #include "engine/studies/claims.h"
 #include "engine/studies/energy_parts.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/resolution_claims.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/polyline.h"
 
@@ -62,27 +61,19 @@ io::Plot energy_plot(const std::vector<TubeFamily>& all, const Resolution& resol
                   0};
     plot.commands = fmt::format(
         "set grid lc rgb '#dddddd'\nset key bottom right Left reverse box lc rgb '#dddddd' opaque\nset "
-        "xlabel 'resolution "
-        "η = N''/N'\nset ylabel 'ΔU/U [%]'\nset xrange [1:3]\nset yrange [-0.2:3.2]\n"
+        "xlabel 'resolution η = N''/N'\nset ylabel 'ΔU/U [%]'\nset xrange [1:3]\nset yrange [-0.2:3.2]\n"
         "plot 'resolution.csv' skip 1 using 2:5:7 with filledcurves fc rgb '#f6d9c4' title 'offsets of the "
-        "pieces, a tenth "
-        "to nine tenths', \\\n     '' skip 1 using 2:4 with points pt 7 ps 0.45 lc rgb '#D55E00' title 'one "
-        "offset, N'' = "
-        "{0} to {1}', \\\n     '' skip 1 using 2:8 with lines lw 2 lc rgb '#0072B2' title 'smooth tube', "
-        "\\\n     "
-        "100*({2}*(1-1/x) + {3}*(1-1/x**2)) with lines lw 2 lc rgb 'black' title 'fit: c_1 = {2:.4f}, c_2 = "
-        "{3:.4f} "
-        "(medians)', \\\n     100*({4}*(1-1/x) + {5}*(1-1/x**2)) with lines lw 2 dt 2 lc rgb 'black' title "
-        "'published: c_1 "
-        "= {4}, c_2 = {5}', \\\n     2.5 with lines dt 3 lc rgb '#666666' title 'published: less than 2.5 "
-        "%'\n",
+        "pieces, a tenth to nine tenths', \\\n     '' skip 1 using 2:4 with points pt 7 ps 0.45 lc rgb "
+        "'#D55E00' title 'one offset, N'' = {0} to {1}', \\\n     '' skip 1 using 2:8 with lines lw 2 lc rgb "
+        "'#0072B2' title 'smooth tube', \\\n     100*({2}*(1-1/x) + {3}*(1-1/x**2)) with lines lw 2 lc rgb "
+        "'black' title 'fit: c_1 = {2:.4f}, c_2 = {3:.4f} (medians)', \\\n     100*({4}*(1-1/x) + "
+        "{5}*(1-1/x**2)) with lines lw 2 dt 2 lc rgb 'black' title 'published: c_1 = {4}, c_2 = {5}', \\\n   "
+        "  2.5 with lines dt 3 lc rgb '#666666' title 'published: less than 2.5 %'\n",
         resolution.coarse, resolution.finest, fit.c1, fit.c2, published_fit.c1, published_fit.c2);
     plot.caption = fmt::format(
         "Energy at rest against the number of segments (the paper's Fig. 13b): scene coronary, lumen radius "
-        "1 mm, the artery "
-        "in straight pieces of {:.3g} mm, a wire of {} mm, λ = {} mm/N', EI = 50 N·mm², k = {:.3g} N/mm a "
-        "joint. The tube was "
-        "chosen by c1 and the value at η = 3, its scatter was not.",
+        "1 mm, the artery in straight pieces of {:.3g} mm, a wire of {} mm, λ = {} mm/N', EI = 50 N·mm², k = "
+        "{:.3g} N/mm a joint. The tube was chosen by c1 and the value at η = 3, its scatter was not.",
         published_piece, resolution.coarse, resolution.coarse, 42 * calibrated_stiffness);
     return plot;
 }
@@ -118,39 +109,32 @@ io::Plot wire_plot(const ResolutionCurve& curve) {
     };
     plot.commands = fmt::format(
         "set multiplot\nset size ratio -1\nset origin 0,0\nset size 0.48,1\nset xlabel 'x [mm]'\nset ylabel "
-        "'y [mm]'\nset "
-        "key top left Left reverse\nset object 9 rectangle from {:.3f},{:.3f} to {:.3f},{:.3f} front fs "
-        "empty border rgb "
-        "'black' lw 2\n{}",
+        "'y [mm]'\nset key top left Left reverse\nset object 9 rectangle from {:.3f},{:.3f} to {:.3f},{:.3f} "
+        "front fs empty border rgb 'black' lw 2\n{}",
         at.x() - half, at.y() - half, at.x() + half, at.y() + half, lines(0.01));
     plot.commands += fmt::format(
         "unset object 9\nset key off\nset origin 0.5,0.42\nset size 0.48,0.58\nset xrange "
-        "[{:.3f}:{:.3f}]\nset yrange "
-        "[{:.3f}:{:.3f}]\nset title 'the box: joint {}, {:.3f} mm apart'\n{}",
+        "[{:.3f}:{:.3f}]\nset yrange [{:.3f}:{:.3f}]\nset title 'the box: joint {}, {:.3f} mm apart'\n{}",
         at.x() - half, at.x() + half, at.y() - half, at.y() + half, farthest,
         std::abs(ReferenceCurve(curve.fine.joints).deviation(at)), lines(0.9));
     plot.commands +=
         "set size noratio\nset origin 0.49,0\nset size 0.51,0.42\nset autoscale\nset grid lc rgb "
-        "'#dddddd'\nset title "
-        "'separation along the wire'\nset xlabel 'joint of the coarse wire'\nset ylabel 'separation "
-        "[mm]'\nset y2label "
-        "'bend [rad]'\nset ytics nomirror\nset y2tics\nset yrange [0:*]\nset y2range [0:*]\nset key top "
-        "right\nplot 'resolution_separation.csv' skip 1 using 1:3 axes x1y2 with filledcurves y2=0 fc "
-        "rgb '#dddddd' "
-        "title 'bend', \\\n     '' skip 1 using 1:2 with lines lw 1.5 lc rgb '#0072B2' title 'separation', "
-        "\\\n     0.027 "
-        "with lines dt 2 lc rgb 'black' title 'published mean'\nunset multiplot\n";
+        "'#dddddd'\nset title 'separation along the wire'\nset xlabel 'joint of the coarse wire'\nset ylabel "
+        "'separation [mm]'\nset y2label 'bend [rad]'\nset ytics nomirror\nset y2tics\nset yrange [0:*]\nset "
+        "y2range [0:*]\nset key top right\nplot 'resolution_separation.csv' skip 1 using 1:3 axes x1y2 with "
+        "filledcurves y2=0 fc rgb '#dddddd' title 'bend', \\\n     '' skip 1 using 1:2 with lines lw 1.5 lc "
+        "rgb '#0072B2' title 'separation', \\\n     0.027 with lines dt 2 lc rgb 'black' title 'published "
+        "mean'\nunset multiplot\n";
     plot.caption = fmt::format(
         "The wire at rest in {} and in {} segments and the artery's wall (the paper's Fig. 13a), the place "
-        "where they are "
-        "farthest apart but for the free end, and their separation along the wire. The tube of Fig. 13b, "
-        "smooth.",
+        "where they are farthest apart but for the free end, and their separation along the wire. The tube "
+        "of Fig. 13b, smooth.",
         curve.coarse.segments(), curve.fine.segments());
     return plot;
 }
 
 io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
-    io::Table table{"resolution_wire", {"curve", "x_mm", "y_mm"}, {}};
+    io::Table table{"resolution_wire", {"curve", "x_mm", "y_mm"}};
     const geometry::Polyline& path = scene.path;
     const double shown = curve.coarse.segments() * curve.coarse.lengths.back() + 25;
     for (const double side : {1.0, -1.0}) {
@@ -160,21 +144,20 @@ io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
             walked += step.norm();
             if (i % 3 != 0) continue;
             const geometry::Vec3 x = path[i] + side * scene.wall->radius() * geometry::Vec3(-u.y(), u.x(), 0);
-            table.add({std::string(side > 0 ? "left wall" : "right wall"), x.x(), x.y()});
+            table.add({side > 0 ? "left wall" : "right wall", x.x(), x.y()});
         }
     }
-    for (const auto& x : curve.coarse.joints) table.add({std::string("coarse"), x.x(), x.y()});
-    for (const auto& x : curve.fine.joints) table.add({std::string("fine"), x.x(), x.y()});
+    for (const auto& x : curve.coarse.joints) table.add({"coarse", x.x(), x.y()});
+    for (const auto& x : curve.fine.joints) table.add({"fine", x.x(), x.y()});
     return table;
 }
 
 io::Table separation_table(const ResolutionCurve& curve) {
-    io::Table table{"resolution_separation", {"joint", "separation_mm", "bend_rad"}, {}};
+    io::Table table{"resolution_separation", {"joint", "separation_mm", "bend_rad"}};
     const ReferenceCurve reference(curve.fine.joints);
     const physics::Chain& wire = curve.coarse;
     for (int i = 1; i < wire.segments(); ++i)
-        table.add({static_cast<double>(i),
-                   std::abs(reference.deviation(wire.joints[static_cast<std::size_t>(i)])),
+        table.add({i, std::abs(reference.deviation(wire.joints[static_cast<std::size_t>(i)])),
                    turn_between(wire.tangents[i], wire.tangents[i + 1])});
     return table;
 }
@@ -239,12 +222,10 @@ StudyResult run_resolution(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"resolution",
                     {"segments", "eta", "energy_N_mm", "one_offset_percent", "low_percent", "median_percent",
-                     "high_percent", "smooth_percent"},
-                    {}};
+                     "high_percent", "smooth_percent"}};
     io::Table parts_table{
         "resolution_parts",
-        {"eta", "smooth_bending_percent", "smooth_wall_percent", "bending_percent", "wall_percent"},
-        {}};
+        {"eta", "smooth_bending_percent", "smooth_wall_percent", "bending_percent", "wall_percent"}};
     const auto energy = [](const Resolved& p) { return p.energy(); };
     const auto bending = [](const Resolved& p) { return p.bending; };
     const auto wall = [](const Resolved& p) { return p.wall; };
@@ -254,9 +235,9 @@ StudyResult run_resolution(const StudyOptions& options) {
     for (std::size_t k = 0; k < one.points.size(); ++k) {
         const Resolved& p = one.points[k];
         const Quantiles q = quantiles(at_point(main_curves, k, energy));
-        table.add({static_cast<double>(size.resolution.coarse + size.resolution.step * static_cast<int>(k)),
-                   p.eta, p.energy(), 100 * (p.energy() / one.points.front().energy() - 1), q.low, q.median,
-                   q.high, at_point(smooth_curve, k, energy)[0]});
+        table.add({size.resolution.coarse + size.resolution.step * static_cast<int>(k), p.eta, p.energy(),
+                   100 * (p.energy() / one.points.front().energy() - 1), q.low, q.median, q.high,
+                   at_point(smooth_curve, k, energy)[0]});
         parts_table.add({p.eta, at_point(smooth_curve, k, bending)[0], at_point(smooth_curve, k, wall)[0],
                          quantiles(at_point(main_curves, k, bending)).median,
                          quantiles(at_point(main_curves, k, wall)).median});
@@ -271,8 +252,8 @@ StudyResult run_resolution(const StudyOptions& options) {
                                               "bent_over_straight",
                                               "wall_share",
                                               "largest_gradient"};
-    io::Table tubes{"resolution_tubes", {"tube", "offsets"}, {}},
-        calibration{"resolution_calibration", {"bends_and_stiffness_times", "offsets"}, {}};
+    io::Table tubes{"resolution_tubes", {"tube", "offsets"}},
+        calibration{"resolution_calibration", {"bends_and_stiffness_times", "offsets"}};
     for (io::Table* each : {&tubes, &calibration})
         each->columns.insert(each->columns.end(), figures.begin(), figures.end());
     const auto row = [&](const std::string& name, const std::vector<ResolutionCurve>& curves) {
@@ -309,21 +290,16 @@ StudyResult run_resolution(const StudyOptions& options) {
         "resolution", "How the energy depends on the number of segments",
         fmt::format(
             "A wire of {} mm in scene coronary, k {:.2g} times as large, comes to rest with {} segments from "
-            "the "
-            "centreline by the global relaxer; every coarser wire, down to {} segments, from its shape, so "
-            "that all "
-            "rest in one basin. k stays the same at every joint, as in the paper (Eqs. 10 and 14).\n\n"
+            "the centreline by the global relaxer; every coarser wire, down to {} segments, from its shape, "
+            "so that all rest in one basin. k stays the same at every joint, as in the paper (Eqs. 10 and "
+            "14).\n\n"
             "## Calibration\n\nThe published tube is not given, nor k. The tube is that of the search; of "
-            "the factors "
-            "on its k the one next to 1 is taken for which c1 and ΔU/U at η = 3 are both within 15 % of the "
-            "published. The table has wider and narrower bends as well: those of which both figures are as "
-            "near would "
-            "be accepted too. Medians of the offsets. Between neighbouring tubes c1 and the "
-            "scatter "
-            "change a lot where some of the coarser wires rest in another basin.\n\n{}\n"
+            "the factors on its k the one next to 1 is taken for which c1 and ΔU/U at η = 3 are both within "
+            "15 % of the published. The table has wider and narrower bends as well: those of which both "
+            "figures are as near would be accepted too. Medians of the offsets. Between neighbouring tubes "
+            "c1 and the scatter change a lot where some of the coarser wires rest in another basin.\n\n{}\n"
             "## Tubes\n\nMedians of the offsets. Published: c1 0.0263, c2 0.00554, 0.0225 at η = 3, mean "
-            "change "
-            "92e-5, largest 387e-5, separation 0.027 ± 0.041 mm.\n\n{}",
+            "change 92e-5, largest 387e-5, separation 0.027 ± 0.041 mm.\n\n{}",
             size.resolution.coarse, calibrated_stiffness, size.resolution.finest, size.resolution.coarse,
             io::to_markdown(calibration, 3), io::to_markdown(tubes, 3)),
         result, options);

@@ -80,7 +80,7 @@ ResolutionCurve resolution_curve(const ResolutionTube&, const Resolution&, bool 
 struct Quantiles {
     double low = 0, median = 0, high = 0;
 };
-Quantiles quantiles(std::vector<double>);
+Quantiles quantiles(const std::vector<double>&);
 Quantiles quantiles(std::span<const ResolutionCurve>, double ResolutionCurve::*);
 
 }  // namespace studies

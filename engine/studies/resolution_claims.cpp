@@ -1,6 +1,5 @@
 #include "engine/studies/resolution_claims.h"
 
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <span>
@@ -63,23 +62,21 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
         dispersion.push_back(curve.upper_scatter / curve.lower_scatter);
         ratio.push_back(curve.spread / curve.separation);
     }
-    FigureClaims fig(result, "Fig. 13",
-                     fmt::format("Where the artery's {} pieces begin along the tube is not published, so "
-                                 "that every figure is the median of {} "
-                                 "offsets; notes give its values at a tenth and nine tenths of them. Tube "
-                                 "and k are not published: scene coronary "
-                                 "was found by a search of 150 tubes for c1 and the separation of the wires, "
-                                 "and k by c1 and ΔU/U at η = 3 (table "
-                                 "resolution_calibration). These are *calibrated*. The length of the pieces "
-                                 "is the paper's: Ω = 162 of them along "
-                                 "the wire.",
-                                 std::lround(175 / published_piece), curves.size()));
+    FigureClaims fig(
+        result, "Fig. 13",
+        fmt::format(
+            "Where the artery's {} pieces begin along the tube is not published, so that every figure is the "
+            "median of {} offsets; notes give its values at a tenth and nine tenths of them. Tube and k are "
+            "not published: scene coronary was found by a search of 150 tubes for c1 and the separation of "
+            "the wires, and k by c1 and ΔU/U at η = 3 (table resolution_calibration). These are "
+            "*calibrated*. The length of the pieces is the paper's: Ω = 162 of them along the wire.",
+            std::lround(175 / published_piece), curves.size()));
     const Quantiles of_c1 = quantiles(c1), of_c2 = quantiles(c2),
                     at_three = figure(&ResolutionCurve::at_three);
     const Candidate* const calibrated = chosen(candidates);
     fig.add(ClaimKind::Calibrated,
             "factor on k next to 1, in the tube of the search, with c1 and ΔU/U at η = 3 both within 15 %",
-            std::string("not published"), calibrated ? calibrated->stiffness : 0,
+            "not published", calibrated ? calibrated->stiffness : 0,
             calibrated && calibrated->stiffness == calibrated_stiffness,
             fmt::format("that of the scene which all figures here are of: {:g}", calibrated_stiffness),
             "Tubes whose bends are a little wider are accepted too, see the table and the note at the "
@@ -90,7 +87,7 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
             std::abs(at_three.median / published_fit.at(3) - 1) < 0.15, "within 15 %",
             range(at_three, "{:.4f}"));
     const Quantiles largest = figure(&ResolutionCurve::largest);
-    fig.add(ClaimKind::Calibrated, "largest |ΔU/U| up to η = 3", std::string("< 0.025"), largest.median,
+    fig.add(ClaimKind::Calibrated, "largest |ΔU/U| up to η = 3", "< 0.025", largest.median,
             largest.median < 0.025, "below 0.025", range(largest, "{:.4f}"));
     fig.add(ClaimKind::Calibrated, "the wall's constant is the larger: c1/c2",
             published_fit.c1 / published_fit.c2, of_c1.median / of_c2.median,
@@ -99,30 +96,26 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
         "c2, of bending", published_fit.c2, of_c2.median, near(of_c2.median, published_fit.c2, 1.5),
         "within a factor of 1.5",
         fmt::format(
-            "c1 and c2 belong to nearly the same curve, so that scatter moves one into the other: c2 is "
-            "{} over the offsets while ΔU/U at η = 3 is {}; in the smooth tube c1 = {:.4f}, c2 = "
-            "{:.4f}.",
+            "c1 and c2 belong to nearly the same curve, so that scatter moves one into the other: c2 is {} "
+            "over the offsets while ΔU/U at η = 3 is {}; in the smooth tube c1 = {:.4f}, c2 = {:.4f}.",
             range(of_c2, "{:.4f}"), range(at_three, "{:.4f}"), all[smooth].curves[0].fit.c1,
             all[smooth].curves[0].fit.c2));
     const Quantiles change = figure(&ResolutionCurve::mean_change),
                     jump = figure(&ResolutionCurve::largest_change);
     const double half = quantiles(all[half_pieces].curves, &ResolutionCurve::mean_change).median;
-    fig.published(
-        "mean change of ΔU/U between consecutive N'", 92e-5, change.median, near(change.median, 92e-5, 1.5),
-        "within a factor of 1.5",
-        fmt::format(
-            "{}; with pieces of 0.5 mm {:.2g}, in the smooth tube {:.2g}: the scatter is that of joints "
-            "that pass the corners between pieces.",
-            range(change, "{:.2g}"), half, all[smooth].curves[0].mean_change));
+    fig.published("mean change of ΔU/U between consecutive N'", 92e-5, change.median,
+                  near(change.median, 92e-5, 1.5), "within a factor of 1.5",
+                  fmt::format("{}; with pieces of 0.5 mm {:.2g}, in the smooth tube {:.2g}: the scatter is "
+                              "that of joints that pass the corners between pieces.",
+                              range(change, "{:.2g}"), half, all[smooth].curves[0].mean_change));
     fig.published("largest change of ΔU/U between consecutive N'", 387e-5, jump.median,
                   near(jump.median, 387e-5, 1.5), "within a factor of 1.5",
                   range(jump, "{:.2g}") + jumps_elsewhere(candidates));
     const double disperse = quantiles(dispersion).median;
     fig.published(
         "the data are less disperse as η increases: rms about the fit in the upper half of N' over that in "
-        "the "
-        "lower",
-        std::string("< 1"), disperse, disperse < 1, "below 1", range(quantiles(dispersion), "{:.2f}"));
+        "the lower",
+        "< 1", disperse, disperse < 1, "below 1", range(quantiles(dispersion), "{:.2f}"));
     const Quantiles separation = figure(&ResolutionCurve::separation),
                     spread = figure(&ResolutionCurve::spread);
     fig.add(ClaimKind::Calibrated, "mean separation of the wires at η = 1 and 3 [mm]", 0.027,
@@ -135,11 +128,11 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
             over, over > 1, "above 1", range(quantiles(ratio), "{:.2f}"));
     const Quantiles bent = figure(&ResolutionCurve::bent_over_straight);
     fig.published(
-        "the separation is larger where the wire is bent: more bent half over the other", std::string("> 1"),
-        bent.median, bent.median > 1, "above 1",
+        "the separation is larger where the wire is bent: more bent half over the other", "> 1", bent.median,
+        bent.median > 1, "above 1",
         fmt::format(
-            "{}: it goes either way. Between contacts a straight run moves with the bends at its ends, "
-            "so that the separation follows the distance to contacts more than the bend at a joint.",
+            "{}: it goes either way. Between contacts a straight run moves with the bends at its ends, so "
+            "that the separation follows the distance to contacts more than the bend at a joint.",
             range(bent, "{:.2f}")));
     const Quantiles found = figure(&ResolutionCurve::found_again);
     fig.published(

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "engine/studies/lateral_deviation.h"
+#include "engine/studies/quantile.h"
 #include "engine/studies/resolution.h"
 
 namespace studies {
@@ -128,19 +129,14 @@ ResolutionCurve resolution_curve(const ResolutionTube& tube, const Resolution& r
     return c;
 }
 
-Quantiles quantiles(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double share) {
-        return values[std::min(values.size() - 1,
-                               static_cast<std::size_t>(share * static_cast<double>(values.size())))];
-    };
-    return {at(0.1), at(0.5), at(0.9)};
+Quantiles quantiles(const std::vector<double>& values) {
+    return {quantile(values, 0.1), quantile(values, 0.5), quantile(values, 0.9)};
 }
 
 Quantiles quantiles(std::span<const ResolutionCurve> curves, double ResolutionCurve::*what) {
     std::vector<double> values;
     for (const ResolutionCurve& curve : curves) values.push_back(curve.*what);
-    return quantiles(std::move(values));
+    return quantiles(values);
 }
 
 }  // namespace studies

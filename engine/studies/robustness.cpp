@@ -1,14 +1,14 @@
-#include "engine/studies/robustness.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
-#include <mutex>
+#include <functional>
 
 #include "engine/studies/claims.h"
+#include "engine/studies/quantile.h"
 #include "engine/studies/random_tubes.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/wild_hands.h"
+#include "engine/studies/work.h"
 #include "physics/geometry/parallel.h"
 
 namespace studies {
@@ -16,33 +16,9 @@ namespace {
 
 constexpr std::size_t most_incidents = 1000;  // in the table
 
-double quantile(std::vector<double> values, double share) {
-    if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-    const auto at =
-        std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
-    return values[at];
-}
-
-/// Shows how many of all pushes and frames are done.
-class Tally {
-public:
-    Tally(const StudyOptions& options, int of) : options_(options), of_(of) {}
-    void add(int some, const std::string& what) {
-        const std::lock_guard lock(telling_);
-        done_ += some;
-        if (options_.progress) options_.progress({done_, of_, what});
-    }
-
-private:
-    const StudyOptions& options_;
-    std::mutex telling_;
-    int done_ = 0, of_;
-};
-
 /// Pushes wires into the tubes from seed 0 on, until there are enough pushes. Pushes left over by a tube that
 /// ends early go to further tubes, so that the result does not depend on the number of threads.
-std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Tally& tally) {
+std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Work& work) {
     std::vector<TubeCourse> courses;
     for (int left = pushes; left > 0;) {
         std::vector<int> shares;  // of the tubes to come
@@ -55,7 +31,7 @@ std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Tally&
         geometry::for_each_index(static_cast<int>(shares.size()), options.threads, [&](int k) {
             TubeCourse& course = courses[first + static_cast<std::size_t>(k)];
             course = push_through(first + static_cast<std::size_t>(k), shares[static_cast<std::size_t>(k)]);
-            tally.add(course.pushes, fmt::format("random tube, seed {}", course.seed));
+            work.tell(fmt::format("random tube, seed {}", course.seed), course.pushes);
         });
         for (std::size_t k = first; k < courses.size(); ++k) left -= courses[k].pushes;
     }
@@ -72,7 +48,7 @@ int hand_count(const StudyOptions& options) {  // hands that play each scenario
 }
 
 /// Plays all frames, divided evenly among scenarios and hands.
-std::vector<WildRun> play_all(const StudyOptions& options, int frames, Tally& tally) {
+std::vector<WildRun> play_all(const StudyOptions& options, int frames, Work& work) {
     const std::vector<scenario::Scenario> scenarios = wild_scenarios(options);
     const int count = static_cast<int>(scenarios.size()), of = hand_count(options);
     std::vector<WildRun> runs(scenarios.size());
@@ -84,148 +60,122 @@ std::vector<WildRun> play_all(const StudyOptions& options, int frames, Tally& ta
         for (int hand = 1; hand <= of; ++hand) {
             const int piece = k * of + hand, some = share(piece) - share(piece - 1);
             runs[k].tally.add(play_wildly(simulation, judge, static_cast<std::uint32_t>(hand), some));
-            tally.add(some, fmt::format("{}, hand {}", runs[k].scenario, hand));
+            work.tell(fmt::format("{}, hand {}", runs[k].scenario, hand), some);
         }
     });
     return runs;
 }
 
+/// A column of a table: its name, and what it has in a row.
+template <class Row>
+struct Column {
+    const char* name;
+    std::function<io::TableCell(const Row&)> of;
+};
+template <class Row>
+io::Table table_of(const char* name, const std::vector<Column<Row>>& columns, const std::vector<Row>& rows) {
+    io::Table table{name, {}};
+    for (const Column<Row>& column : columns) table.columns.emplace_back(column.name);
+    for (const Row& row : rows) {
+        std::vector<io::TableCell> cells;
+        for (const Column<Row>& column : columns) cells.push_back(column.of(row));
+        table.add(std::move(cells));
+    }
+    return table;
+}
+
+struct TubeRow {
+    io::TableCell seed;
+    TubeCourse course;
+};
+
 io::Table tube_table(const std::vector<TubeCourse>& courses) {
-    io::Table table{"robustness_tubes",
-                    {"seed",
-                     "radius_mm",
-                     "segment_length_mm",
-                     "EI_N_mm2",
-                     "k_N_per_mm",
-                     "segments",
-                     "reached",
-                     "pushes",
-                     "unconverged",
-                     "gradient_above_limit",
-                     "folds",
-                     "deep",
-                     "refused",
-                     "not_strict_minimum",
-                     "over_work",
-                     "wall_gave_way",
-                     "largest_gradient",
-                     "largest_excess",
-                     "steps",
-                     "median_ms",
-                     "p99_ms",
-                     "p99_9_ms",
-                     "max_ms"},
-                    {}};
+    const double none = std::nan("");
     TubeCourse sum;
-    int tubes = 0, segments = 0, reached = 0;
-    const auto row = [&](io::TableCell seed, const TubeCourse& c, double n, bool one) {
-        const double none = std::numeric_limits<double>::quiet_NaN();
-        const RandomTube& t = c.tube;
-        table.add({std::move(seed),
-                   one ? t.radius : none,
-                   one ? t.segment_length : none,
-                   one ? t.rigidity : none,
-                   one ? t.wall_stiffness : none,
-                   n,
-                   static_cast<double>(c.reached),
-                   static_cast<double>(c.pushes),
-                   static_cast<double>(c.unconverged),
-                   static_cast<double>(c.restless),
-                   static_cast<double>(c.folds),
-                   static_cast<double>(c.deep),
-                   static_cast<double>(c.refused),
-                   static_cast<double>(c.flat),
-                   static_cast<double>(c.over_work),
-                   static_cast<double>(c.gave_way),
-                   c.gradient,
-                   c.excess,
-                   static_cast<double>(c.steps),
-                   quantile(c.times, 0.5),
-                   quantile(c.times, 0.99),
-                   quantile(c.times, 0.999),
-                   quantile(c.times, 1)});
-    };
+    sum.tube = {none, none, none, none, 0, {}};
+    std::vector<TubeRow> rows;
     for (const TubeCourse& c : courses) {
-        row(static_cast<double>(c.seed), c, c.tube.segments, true);
-        ++tubes;
-        segments += c.tube.segments, reached += c.reached;
+        rows.push_back({c.seed, c});
+        sum.tube.segments += c.tube.segments, sum.reached += c.reached;
         sum.pushes += c.pushes, sum.unconverged += c.unconverged, sum.restless += c.restless;
         sum.folds += c.folds, sum.deep += c.deep, sum.refused += c.refused, sum.flat += c.flat;
         sum.over_work += c.over_work, sum.gave_way += c.gave_way, sum.steps += c.steps;
         sum.gradient = std::max(sum.gradient, c.gradient), sum.excess = std::max(sum.excess, c.excess);
         sum.times.insert(sum.times.end(), c.times.begin(), c.times.end());
     }
-    sum.reached = reached;
-    row(fmt::format("all {}", tubes), sum, segments, false);
-    return table;
+    rows.push_back({fmt::format("all {}", courses.size()), sum});
+    const auto of = [](auto member) { return [member](const TubeRow& r) { return r.course.*member; }; };
+    const auto in = [](auto member) { return [member](const TubeRow& r) { return r.course.tube.*member; }; };
+    const auto time = [](double share) {
+        return [share](const TubeRow& r) { return quantile(r.course.times, share); };
+    };
+    return table_of<TubeRow>("robustness_tubes",
+                             {{"seed", &TubeRow::seed},
+                              {"radius_mm", in(&RandomTube::radius)},
+                              {"segment_length_mm", in(&RandomTube::segment_length)},
+                              {"EI_N_mm2", in(&RandomTube::rigidity)},
+                              {"k_N_per_mm", in(&RandomTube::wall_stiffness)},
+                              {"segments", in(&RandomTube::segments)},
+                              {"reached", of(&TubeCourse::reached)},
+                              {"pushes", of(&TubeCourse::pushes)},
+                              {"unconverged", of(&TubeCourse::unconverged)},
+                              {"gradient_above_limit", of(&TubeCourse::restless)},
+                              {"folds", of(&TubeCourse::folds)},
+                              {"deep", of(&TubeCourse::deep)},
+                              {"refused", of(&TubeCourse::refused)},
+                              {"not_strict_minimum", of(&TubeCourse::flat)},
+                              {"over_work", of(&TubeCourse::over_work)},
+                              {"wall_gave_way", of(&TubeCourse::gave_way)},
+                              {"largest_gradient", of(&TubeCourse::gradient)},
+                              {"largest_excess", of(&TubeCourse::excess)},
+                              {"steps", of(&TubeCourse::steps)},
+                              {"median_ms", time(0.5)},
+                              {"p99_ms", time(0.99)},
+                              {"p99_9_ms", time(0.999)},
+                              {"max_ms", time(1)}},
+                             rows);
 }
 
-io::Table wild_table(const std::vector<WildRun>& runs, int hands) {
-    io::Table table{"robustness_hands",
-                    {"scenario",
-                     "hands",
-                     "frames",
-                     "most_segments",
-                     "not_at_rest",
-                     "largest_gradient",
-                     "folds",
-                     "joints_outside",
-                     "frames_with_joints_outside",
-                     "frames_reported_to_cross",
-                     "beyond_force",
-                     "beyond_force_mm",
-                     "frames_out_of_an_end",
-                     "refused",
-                     "settling",
-                     "settling_percent",
-                     "lagging",
-                     "largest_lag_mm",
-                     "deepest_mm",
-                     "largest_force_N",
-                     "median_ms",
-                     "p99_ms",
-                     "max_ms"},
-                    {}};
-    const auto row = [&](const std::string& name, const WildTally& t) {
-        const auto n = [](int count) { return static_cast<double>(count); };
-        table.add({name,
-                   fmt::format("1 to {}", hands),
-                   n(t.frames),
-                   n(t.segments),
-                   n(t.restless),
-                   t.gradient,
-                   n(t.folds),
-                   n(t.outside),
-                   n(t.outside_frames),
-                   n(t.reported_crossings),
-                   n(t.beyond_force),
-                   t.beyond_force_by,
-                   n(t.left),
-                   n(t.refused),
-                   n(t.settling),
-                   100.0 * t.settling / t.frames,
-                   n(t.lagging),
-                   t.largest_lag,
-                   t.deepest,
-                   t.largest_force,
-                   quantile(t.times, 0.5),
-                   quantile(t.times, 0.99),
-                   quantile(t.times, 1)});
+io::Table wild_table(std::vector<WildRun> runs, int hands) {
+    WildRun all{"all", {}};
+    for (const WildRun& run : runs) all.tally.add(run.tally);
+    runs.push_back(std::move(all));
+    const auto of = [](auto member) { return [member](const WildRun& r) { return r.tally.*member; }; };
+    const auto time = [](double share) {
+        return [share](const WildRun& r) { return quantile(r.tally.times, share); };
     };
-    WildTally all;
-    for (const WildRun& run : runs) {
-        row(run.scenario, run.tally);
-        all.add(run.tally);
-    }
-    row("all", all);
-    return table;
+    return table_of<WildRun>(
+        "robustness_hands",
+        {{"scenario", &WildRun::scenario},
+         {"hands", [hands](const WildRun&) { return fmt::format("1 to {}", hands); }},
+         {"frames", of(&WildTally::frames)},
+         {"most_segments", of(&WildTally::segments)},
+         {"not_at_rest", of(&WildTally::restless)},
+         {"largest_gradient", of(&WildTally::gradient)},
+         {"folds", of(&WildTally::folds)},
+         {"joints_outside", of(&WildTally::outside)},
+         {"frames_with_joints_outside", of(&WildTally::outside_frames)},
+         {"frames_reported_to_cross", of(&WildTally::reported_crossings)},
+         {"beyond_force", of(&WildTally::beyond_force)},
+         {"beyond_force_mm", of(&WildTally::beyond_force_by)},
+         {"frames_out_of_an_end", of(&WildTally::left)},
+         {"refused", of(&WildTally::refused)},
+         {"settling", of(&WildTally::settling)},
+         {"settling_percent", [](const WildRun& r) { return 100.0 * r.tally.settling / r.tally.frames; }},
+         {"lagging", of(&WildTally::lagging)},
+         {"largest_lag_mm", of(&WildTally::largest_lag)},
+         {"deepest_mm", of(&WildTally::deepest)},
+         {"largest_force_N", of(&WildTally::largest_force)},
+         {"median_ms", time(0.5)},
+         {"p99_ms", time(0.99)},
+         {"max_ms", time(1)}},
+        runs);
 }
 
 io::Table incident_table(const std::vector<TubeCourse>& courses, const std::vector<WildRun>& runs) {
-    io::Table table{"robustness_incidents", {"where", "seed", "push_or_frame", "what"}, {}};
+    io::Table table{"robustness_incidents", {"where", "seed", "push_or_frame", "what"}};
     const auto add = [&](const Incident& i) {
-        if (table.rows.size() < most_incidents)
-            table.add({i.where, static_cast<double>(i.seed), static_cast<double>(i.at), i.what});
+        if (table.rows.size() < most_incidents) table.add({i.where, i.seed, i.at, i.what});
     };
     for (const TubeCourse& c : courses) std::for_each(c.incidents.begin(), c.incidents.end(), add);
     for (const WildRun& r : runs) std::for_each(r.tally.incidents.begin(), r.tally.incidents.end(), add);
@@ -234,7 +184,7 @@ io::Table incident_table(const std::vector<TubeCourse>& courses, const std::vect
 
 /// The last row as a table of two columns.
 io::Table totals(const io::Table& tubes) {
-    io::Table table{"", {"all tubes", ""}, {}};
+    io::Table table{"", {"all tubes", ""}};
     for (std::size_t k = 6; k < tubes.columns.size(); ++k)
         table.add({tubes.columns[k], tubes.rows.back()[k]});
     return table;
@@ -242,7 +192,7 @@ io::Table totals(const io::Table& tubes) {
 
 /// The scenarios as columns.
 io::Table transposed(const io::Table& hands) {
-    io::Table table{"", {"wild hands"}, {}};
+    io::Table table{"", {"wild hands"}};
     for (const auto& row : hands.rows) table.columns.push_back(std::get<std::string>(row.front()));
     for (std::size_t k = 1; k < hands.columns.size(); ++k) {
         std::vector<io::TableCell> cells = {hands.columns[k]};
@@ -314,8 +264,7 @@ io::Plot picture(bool hands) {
         "plot 'robustness_tubes.csv' skip 1 using 4:5:(0.4+$2/3):22 with points pt 7 ps variable lc palette "
         "title 'a tube; the larger, the wider', \\\n"
         "     '' skip 1 using ($9+$10+$11+$12+$13+$15 > 0 ? $4 : 1/0):5 with points pt 2 ps 2 lw 2 lc rgb "
-        "'black' "
-        "title 'with an incident'\n";
+        "'black' title 'with an incident'\n";
     if (hands)
         plot.commands +=
             "unset logscale\nset logscale y\nset title 'Wild hands: time of a frame'\nunset colorbox\n"
@@ -323,15 +272,14 @@ io::Plot picture(bool hands) {
             "bmargin 9\nset yrange [0.05:*]\n"
             "set xtics rotate by -60 noenhanced font ',9'\n"
             "plot 'robustness_hands.csv' skip 1 using 0:23:xtic(1) with points pt 9 ps 1.4 lc rgb '#D55E00' "
-            "title "
-            "'longest', \\\n"
+            "title 'longest', \\\n"
             "     '' skip 1 using 0:22 with points pt 7 ps 1.4 lc rgb '#E69F00' title '99 %', \\\n"
             "     '' skip 1 using 0:21 with points pt 5 ps 1.4 lc rgb '#0072B2' title 'median'\n";
     plot.commands += "unset multiplot\n";
     plot.caption =
         "Left: each random tube by the wire's EI and the wall's stiffness, its colour the slowest push, a "
-        "cross "
-        "where anything came about that should not. Right: processor time of a frame under a wild hand.";
+        "cross where anything came about that should not. Right: processor time of a frame under a wild "
+        "hand.";
     return plot;
 }
 
@@ -339,9 +287,9 @@ io::Plot picture(bool hands) {
 
 StudyResult run_robustness(const StudyOptions& options) {
     const int pushes = options.quick ? 300 : 20'000, frames = options.quick ? 150 : 20'000;
-    Tally tally(options, pushes + frames);
-    const std::vector<TubeCourse> courses = push_all(options, pushes, tally);
-    const std::vector<WildRun> runs = play_all(options, frames, tally);
+    Work work(options, pushes + frames);
+    const std::vector<TubeCourse> courses = push_all(options, pushes, work);
+    const std::vector<WildRun> runs = play_all(options, frames, work);
 
     StudyResult result;
     io::Table tubes = tube_table(courses), hands = wild_table(runs, hand_count(options)),
@@ -350,25 +298,16 @@ StudyResult run_robustness(const StudyOptions& options) {
     result.plots = {picture(!runs.empty())};
     const std::string introduction = fmt::format(
         "**Random tubes.** Seeds 0 to {}, {} pushes: radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and "
-        "k 1 to "
-        "1000 N/mm of equal odds by their logarithm, N 50 to 400, arcs about any axis with radii from 1.2 "
-        "times the "
-        "lumen's. A wire without a curved tip is laid along the first {} segments and pushed by one segment "
-        "at a "
-        "time, from rest to rest, without a budget, until all of it is in.\n\n**Wild hands.** Hands 1 to {} "
-        "play "
-        "{} frames in all scenarios that ship and in three meshes from elsewhere where these are to be had "
-        "(the "
-        "folder SELDINGER_REAL_MESHES): pushes and pulls of up to 30 mm and turns of up to 360° in one "
-        "frame, under "
-        "the budget of a frame. Every frame shown is judged by the exact gradient, by rays against the raw "
-        "mesh, "
-        "and by the distance from it. Where there are several devices the hand chooses every ten frames "
-        "which "
-        "it holds, or all. A frame lags where motion waits for the next.\n\nEach incident with "
-        "its seed "
-        "is in robustness_incidents.csv. Processor times depend on the machine; nothing is judged by "
-        "them.\n\n"
+        "k 1 to 1000 N/mm of equal odds by their logarithm, N 50 to 400, arcs about any axis with radii from "
+        "1.2 times the lumen's. A wire without a curved tip is laid along the first {} segments and pushed "
+        "by one segment at a time, from rest to rest, without a budget, until all of it is in.\n\n**Wild "
+        "hands.** Hands 1 to {} play {} frames in all scenarios that ship and in three meshes from elsewhere "
+        "where these are to be had (the folder SELDINGER_REAL_MESHES): pushes and pulls of up to 30 mm and "
+        "turns of up to 360° in one frame, under the budget of a frame. Every frame shown is judged by the "
+        "exact gradient, by rays against the raw mesh, and by the distance from it. Where there are several "
+        "devices the hand chooses every ten frames which it holds, or all. A frame lags where motion waits "
+        "for the next.\n\nEach incident with its seed is in robustness_incidents.csv. Processor times depend "
+        "on the machine; nothing is judged by them.\n\n"
         "{}\n{}\n{}",
         courses.size() - 1, pushes, segments_at_start, hand_count(options), frames,
         io::to_markdown(totals(tubes), 3), io::to_markdown(transposed(hands), 3),

@@ -5,8 +5,8 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -72,8 +72,8 @@ void claim_tube(FigureClaims& fig, const std::vector<Run>& runs, int tube,
     for (const int varied : {2, 3}) {
         const double best = best_separation(runs, tube, varied);
         fig.published(fmt::format("separation of the fastest M = {}, {} [segments]", varied, name),
-                      std::string("10 to 20"), best, best >= 10 && best <= 20,
-                      "the least mean is at a δ from 10 to 20", contacts);
+                      "10 to 20", best, best >= 10 && best <= 20, "the least mean is at a δ from 10 to 20",
+                      contacts);
     }
     double slowest_good = 0, fastest_other = 1e300, slowest = 0, two = 0, three = 0;
     int won = 0;
@@ -84,21 +84,19 @@ void claim_tube(FigureClaims& fig, const std::vector<Run>& runs, int tube,
         won += mean(3, delta) < mean(2, delta);
         two += mean(2, delta), three += mean(3, delta);
     }
-    fig.published(
-        fmt::format(
-            "M = 2 is slow with δ of 2 to 5 and from 30 on: least mean of these over the largest of 10 "
-            "to 20, {}",
-            name),
-        std::string("> 1"), fastest_other / slowest_good, fastest_other > slowest_good,
-        "every δ of 2, 5, 30 has a larger mean than each of 10, 15, 20", contacts);
+    fig.published(fmt::format("M = 2 is slow with δ of 2 to 5 and from 30 on: least mean of these over the "
+                              "largest of 10 to 20, {}",
+                              name),
+                  "> 1", fastest_other / slowest_good, fastest_other > slowest_good,
+                  "every δ of 2, 5, 30 has a larger mean than each of 10, 15, 20", contacts);
     fig.published(
         fmt::format("M = 2 with any δ is faster than M = 1: largest mean over that of M = 1, {}", name),
-        std::string("< 1"), slowest / single, slowest < single, "the ratio is below 1",
+        "< 1", slowest / single, slowest < single, "the ratio is below 1",
         "The slowest separation, with contacts between the two segments, is as slow as M = 1.");
     fig.published(
-        fmt::format("M = 3 is faster than M = 2 at the same δ: separations at which it is, {}", name),
-        std::string("most"), fmt::format("{} of {}", won, separations.size()),
-        2 * won > static_cast<int>(separations.size()), "more than half of those tried",
+        fmt::format("M = 3 is faster than M = 2 at the same δ: separations at which it is, {}", name), "most",
+        fmt::format("{} of {}", won, separations.size()), 2 * won > static_cast<int>(separations.size()),
+        "more than half of those tried",
         fmt::format("Summed over all δ the mean of M = 3 is {:.2f} of that of M = 2.", three / two));
 }
 
@@ -111,18 +109,17 @@ void claim(StudyResult& result, const std::vector<Run>& runs, const std::vector<
                         means(runs, tube, 2, separations), means(runs, tube, 3, separations));
     FigureClaims fig(
         result, "Fig. 5",
-        fmt::format("Measured by the mean of |d_{}| over the first {} cycles [mm], which weighs the whole "
-                    "path to rest. The published tube is not given: two are tried, neither chosen by a "
-                    "result.{}",
-                    joint, counted, measured));
+        fmt::format(
+            "Measured by the mean of |d_{}| over the first {} cycles [mm], which weighs the whole path to "
+            "rest. The published tube is not given: two are tried, neither chosen by a result.{}",
+            joint, counted, measured));
     claim_tube(fig, runs, usual, separations, "sinuous");
     claim_tube(fig, runs, sharp, separations, "sharp");
 
     FigureClaims section(
         result, "Section 3.1",
         "The best separation in other settings, by the same measure with M = 2. Other settings are compared "
-        "with "
-        "the usual one by the distance between contacts that the paper gives as the reason.");
+        "with the usual one by the distance between contacts that the paper gives as the reason.");
     const double here = best_separation(runs, usual, 2);
     const auto compare = [&](int setting, const std::string& text, const std::string& published, bool holds) {
         const double other = best_separation(runs, setting, 2);
@@ -156,25 +153,24 @@ io::Plot traces_plot(const std::vector<int>& separations, const std::vector<Run>
                              ? "set title '(a) two varied segments'\nset xlabel ''\n"
                              : "set title '(b) three varied segments'\nset xlabel 'relaxation cycles'\n";
         const auto line = [&](const std::string& name, const std::string& look) {
-            return fmt::format("'separation.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):(abs($3)) {}",
-                               name, look);
+            plot.curve(fmt::format(
+                "'separation.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):(abs($3)) {}", name, look));
         };
-        plot.commands += "plot " + line("M = 1", "with lines lw 2 lc rgb '#999999' title 'M = 1'");
+        plot.commands += "plot ";
+        line("M = 1", "with lines lw 2 lc rgb '#999999' title 'M = 1'");
         for (std::size_t k = 0; k < separations.size(); ++k) {
             const Run& run = find(runs, usual, varied, separations[k]);
-            plot.commands +=
-                ", \\\n     " + line(run.name(), fmt::format("with lines {} lc rgb '{}' title 'δ = {}'",
-                                                             is_good(separations[k]) ? "lw 2" : "dt 2",
-                                                             separation_colours[k], separations[k]));
+            line(run.name(), fmt::format("with lines {} lc rgb '{}' title 'δ = {}'",
+                                         is_good(separations[k]) ? "lw 2" : "dt 2", separation_colours[k],
+                                         separations[k]));
         }
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Lateral deviation of joint {} against relaxation cycles for M = 1 and for two and three varied "
-        "segments at a "
-        "fixed separation δ (the paper's Fig. 5). Solid: the separations that the paper calls best, 10 to "
-        "20. {}.",
+        "segments at a fixed separation δ (the paper's Fig. 5). Solid: the separations that the paper calls "
+        "best, 10 to 20. {}.",
         setting.joint, setting.scene.text());
     return plot;
 }
@@ -199,17 +195,14 @@ io::Plot means_plot(const std::vector<Setting>& settings, const std::vector<Run>
         line(usual, 3, "with linespoints pt 5 lw 2 lc rgb '#009E73' title 'M = 3'"));
     plot.commands += "set title 'M = 2 in other settings'\nset key top right\nunset label 1\nplot ";
     for (int k = usual; k <= sharp; ++k)
-        plot.commands += (k > 0 ? ", \\\n     " : "") +
-                         line(k, 2,
-                              fmt::format("with linespoints pt {} lw 2 lc rgb '{}' title '{}'", 4 + k,
-                                          std::array{"#0072B2", "#E69F00", "#CC79A7",
-                                                     "#D55E00"}[static_cast<std::size_t>(k)],
-                                          settings[static_cast<std::size_t>(k)].what));
+        plot.curve(
+            line(k, 2,
+                 fmt::format("with linespoints pt {} lw 2 lc rgb '{}' title '{}'", 4 + k,
+                             std::array{"#0072B2", "#E69F00", "#CC79A7", "#D55E00"}[k], settings[k].what)));
     plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Mean lateral deviation on the way to rest against the separation: which separation is fastest. "
-        "Shaded: the "
-        "best separations published (Section 3.1). " +
+        "Shaded: the best separations published (Section 3.1). " +
         settings[usual].scene.text() + ".";
     return plot;
 }
@@ -254,12 +247,11 @@ StudyResult run_separation(const StudyOptions& options) {
     });
 
     StudyResult result;
-    io::Table traces{"separation", {"curve", "cycles", "lateral_deviation_mm"}, {}};
-    io::Table table{
-        "separation_means", {"number", "setting", "varied_segments", "separation", "mean_deviation_mm"}, {}};
+    io::Table traces{"separation", {"curve", "cycles", "lateral_deviation_mm"}};
+    io::Table table{"separation_means",
+                    {"number", "setting", "varied_segments", "separation", "mean_deviation_mm"}};
     for (const Run& run : runs) {
-        table.add({run.setting + 1.0, settings[run.setting].what, static_cast<double>(run.varied),
-                   static_cast<double>(run.separation), run.mean});
+        table.add({run.setting + 1.0, settings[run.setting].what, run.varied, run.separation, run.mean});
         if (run.setting != usual) continue;
         for (const auto& point : run.points) traces.add({run.name(), point.cycles, point.deviation});
     }
@@ -268,11 +260,10 @@ StudyResult run_separation(const StudyOptions& options) {
                     means_plot(settings, runs, counted)};
     result.page = claims_page(
         "separation", "How far apart varied segments should be",
-        fmt::format(
-            "The wire starts on the centreline: {}. The reference curve of the lateral deviation is the wire "
-            "after {} cycles with M = 2 and chosen separations, where the largest gradient over C is {:.1e}. "
-            "Methods are the paper's, without safeguard.",
-            settings[usual].scene.text(), options.quick ? 40 : 200, rests[usual].gradient),
+        fmt::format("The wire starts on the centreline: {}. The reference curve of the lateral deviation is "
+                    "the wire after {} cycles with M = 2 and chosen separations, where the largest gradient "
+                    "over C is {:.1e}. Methods are the paper's, without safeguard.",
+                    settings[usual].scene.text(), options.quick ? 40 : 200, rests[usual].gradient),
         result, options);
     result.tables = {std::move(traces), std::move(table)};
     return result;

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "engine/studies/claims.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
 
@@ -85,33 +85,33 @@ void claim(StudyResult& result, const std::vector<Frequencies>& all, const std::
     const Frequencies &two = all[0], &three = all[1], &four = all[2];
     FigureClaims fig(
         result, "Fig. 9",
-        "Of all choices in the cycles. The two ends, 5 and 25, also take every choice that would lie "
-        "beyond them, so that what the paper says of \"between the extremes\" is asked of 6 to 24.");
+        "Of all choices in the cycles. The two ends, 5 and 25, also take every choice that would lie beyond "
+        "them, so that what the paper says of \"between the extremes\" is asked of 6 to 24.");
     const double at_5 = two.percent(0, least_separation), at_25 = two.percent(0, largest_separation);
-    fig.published("with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]",
-                  std::string("somewhat more often"), fmt::format("{:.1f} against {:.1f}", at_5, at_25),
-                  at_5 > at_25, "5 is chosen more often than 25");
+    fig.published("with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]", "somewhat more often",
+                  fmt::format("{:.1f} against {:.1f}", at_5, at_25), at_5 > at_25,
+                  "5 is chosen more often than 25");
     fig.published(
         "with M = 2 the frequency falls between the extremes: largest rise to a larger δ1 [%]", 0.0,
         largest_rise(two, 0), largest_rise(two, 0) <= 0, "there is no rise among 6 to 24",
-        fmt::format("The frequency has a minimum inside: rank correlation with δ1 {:.2f}, and {:.2f} on "
-                    "{} (rise {:.2f}); it has one on every tube tried. Which separations pay is decided "
-                    "by the distance between contacts, which the published tube's is not known.",
+        fmt::format("The frequency has a minimum inside: rank correlation with δ1 {:.2f}, and {:.2f} on {} "
+                    "(rise {:.2f}); it has one on every tube tried. Which separations pay is decided by the "
+                    "distance between contacts, which the published tube's is not known.",
                     fall(two, 0), fall(other[0], 0), other_name, largest_rise(other[0], 0)));
     const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1),
                       of_four = peaks(four, 0) + "; " + peaks(four, 1) + "; " + peaks(four, 2);
     const auto has_peak = [](const std::string& text) {
         return text.find_first_of("0123456789") != std::string::npos;
     };
+    fig.published("with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", "some",
+                  fmt::format("M = 3: {}, M = 4: {}", of_three, of_four),
+                  has_peak(of_three) && has_peak(of_four),
+                  "with each M some separation inside is chosen a tenth more often than both neighbours",
+                  fmt::format("None at the paper's heights; on {}: M = 3: {}; {}. Peaks are the distances "
+                              "between the tube's own contacts.",
+                              other_name, peaks(other[1], 0), peaks(other[1], 1)));
     fig.published(
-        "with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", std::string("some"),
-        fmt::format("M = 3: {}, M = 4: {}", of_three, of_four), has_peak(of_three) && has_peak(of_four),
-        "with each M some separation inside is chosen a tenth more often than both neighbours",
-        fmt::format("None at the paper's heights; on {}: M = 3: {}; {}. Peaks are the distances between "
-                    "the tube's own contacts.",
-                    other_name, peaks(other[1], 0), peaks(other[1], 1)));
-    fig.published(
-        "the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", std::string("large"),
+        "the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", "large",
         fmt::format("{:.1f}, {:.1f}", three.percent(1, least_separation), four.percent(1, least_separation)),
         three.most_frequent(1) == least_separation && four.most_frequent(1) == least_separation,
         "it is the most frequent δ2 with both",
@@ -128,18 +128,16 @@ io::Plot separation_frequency_picture(const PaperScene& scene, int cycles) {
         plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
                                      m == most_varied ? "separation δ [segments]" : "");
         for (int k = 0; k < m - 1; ++k)
-            plot.commands += fmt::format(
-                "{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
-                "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
-                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)),
-                separation_frequency_colours[k], k + 1);
+            plot.curve(fmt::format(
+                "'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : 1/0):4 with "
+                "boxes lc rgb '{}' title 'δ_{}'",
+                m, k + 1, 0.28 * (k - 0.5 * (m - 2)), separation_frequency_colours[k], k + 1));
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}. The bars at 5 "
-        "and "
-        "at 25 also hold what would lie beyond them; published: δ1 = 5 somewhat above 25 and a fall "
+        "and at 25 also hold what would lie beyond them; published: δ1 = 5 somewhat above 25 and a fall "
         "between, δ2 = 5 large.",
         cycles, scene.text());
     return plot;
@@ -163,21 +161,19 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
     const std::vector<Frequencies> of_other(all.begin() + each, all.end());
     all.resize(each);
     StudyResult result;
-    io::Table table{
-        "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
+    io::Table table{"separation_frequency",
+                    {"varied_segments", "index", "separation", "chosen_percent", "count"}};
     for (int m = 2; m <= most_varied; ++m)
         for (int k = 0; k < m - 1; ++k)
             for (int delta = least_separation; delta <= largest_separation; ++delta)
-                table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta),
-                           all[m - 2].percent(k, delta), static_cast<double>(all[m - 2].counts[k][delta])});
+                table.add({m, k + 1.0, delta, all[m - 2].percent(k, delta), all[m - 2].counts[k][delta]});
     claim(result, all, of_other, other.name);
     result.plots = {separation_frequency_picture(scene, cycles)};
-    result.page =
-        claims_page("separation-frequency", "Which separations Algorithm 2 chooses",
-                    fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: "
-                                "{}.",
-                                cycles, scene.text()),
-                    result, options);
+    result.page = claims_page(
+        "separation-frequency", "Which separations Algorithm 2 chooses",
+        fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: {}.", cycles,
+                    scene.text()),
+        result, options);
     result.tables = {std::move(table)};
     return result;
 }

@@ -1,6 +1,5 @@
 #include "engine/studies/shards.h"
 
-#include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -28,8 +27,7 @@ const PieceWork& pieces_of(const Study& study) {
     for (const Study& known : all_studies()) {
         if (known.in_pieces) ids.push_back(known.id);
     }
-    throw io::InputError(
-        fmt::format("--shard: study '{}' cannot be cut; those that can: {}", study.id, io::joined(ids)));
+    throw io::InputError("--shard: study '{}' cannot be cut; those that can: {}", study.id, io::joined(ids));
 }
 
 /// What must be equal in all shards of a run.
@@ -44,7 +42,7 @@ Json identity(const Study& study, const StudyOptions& options, int shards) {
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
-    throw io::InputError(fmt::format("{}: {}", file.string(), why));
+    throw io::InputError("{}: {}", file.string(), why);
 }
 
 Json load(const std::filesystem::path& file) {
@@ -99,8 +97,8 @@ void run_shard(const Study& study, const io::Shard& shard, const std::filesystem
     const PieceWork& work = pieces_of(study);
     const int pieces = work.pieces(options);
     if (shard.count > pieces)
-        throw io::InputError(fmt::format(
-            "--shard: {} shards were asked for; up to {}, one a piece, are accepted", shard.count, pieces));
+        throw io::InputError("--shard: {} shards were asked for; up to {}, one a piece, are accepted",
+                             shard.count, pieces);
     const io::OwnFolder own(out);
     Json json = identity(study, options, shard.count);
     json["shard"] = shard.index;
@@ -147,9 +145,8 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         if (shards[i]) rows.insert(rows.end(), shards[i]->begin(), shards[i]->end());
     }
     if (!missing.empty())
-        throw io::InputError(
-            fmt::format("study merge: {} missing: {}; the folders of all shards are accepted",
-                        missing.size() == 1 ? "a shard is" : "shards are", io::joined(missing)));
+        throw io::InputError("study merge: {} missing: {}; the folders of all shards are accepted",
+                             missing.size() == 1 ? "a shard is" : "shards are", io::joined(missing));
     const io::OwnFolder own(out);
     return write_study(*study, study->in_pieces->finish(of_run, rows), out);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "physics/wire/bending.h"
 #include "physics/wire/energy.h"

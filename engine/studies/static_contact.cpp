@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "engine/studies/claims.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
@@ -150,8 +150,7 @@ io::Table energies_table(const Joint1D& j) {
     io::Table table{"static_contact_energies",
                     {"x_mm", "wall_second_order_N_mm", "wall_first_order_near_N_mm",
                      "wall_first_order_deep_N_mm", "bending_N_mm", "total_second_order_N_mm",
-                     "total_first_order_near_N_mm", "total_first_order_deep_N_mm"},
-                    {}};
+                     "total_first_order_near_N_mm", "total_first_order_deep_N_mm"}};
     for (int i = -40; i <= 140; ++i) {
         const double x = 0.001 * i, bending = 0.5 * j.bending * (x - j.at) * (x - j.at);
         const double second = x > 0 ? 0.5 * j.stiffness * x * x : 0.0,
@@ -202,10 +201,8 @@ io::Plot energies_plot(const Joint1D& j) {
         "unset multiplot\n";
     plot.caption = fmt::format(
         "Energy of one joint at depth x in the wall (the paper's Fig. 12): k = {:g} N/mm, a wire that bends "
-        "as a spring of "
-        "{:g} N/mm and would have the joint at {:g} mm. The minimum of the second order does not depend on "
-        "x_0; that of "
-        "the first overshoots to either side.",
+        "as a spring of {:g} N/mm and would have the joint at {:g} mm. The minimum of the second order does "
+        "not depend on x_0; that of the first overshoots to either side.",
         j.stiffness, j.bending, j.at);
     return plot;
 }
@@ -223,17 +220,15 @@ io::Plot contact_plot(const PaperScene& scene) {
         plot.commands += fmt::format(
             "set title '({0}) {1}'\nset xlabel '{2}'\n"
             "plot 'static_contact.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : 1/0):3 with boxes lc rgb "
-            "'#D55E00' title "
-            "'in contact', \\\n"
+            "'#D55E00' title 'in contact', \\\n"
             "     '' skip 1 using (strcol(1) eq '{0}' && $4 > 0 ? $2 : 1/0):4 axes x1y2 with lines lc rgb "
-            "'black' title "
-            "'mean |ε_i|'\n",
+            "'black' title 'mean |ε_i|'\n",
             name, k == 0 ? "with A and R" : "without A and R", k == 1 ? "joint i" : "");
     }
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
-        "How long each joint of a wire at rest touches the wall, and the mean size of an update (the "
-        "paper's Fig. 11): {}, M = 1. In (a) joints that touch never leave, in (b) they bounce.",
+        "How long each joint of a wire at rest touches the wall, and the mean size of an update (the paper's "
+        "Fig. 11): {}, M = 1. In (a) joints that touch never leave, in (b) they bounce.",
         scene.text());
     return plot;
 }
@@ -241,23 +236,22 @@ io::Plot contact_plot(const PaperScene& scene) {
 void claim(StudyResult& result, const std::vector<Unrest>& all, const Traces& traces, const Joint1D& joint,
            const std::vector<Calm>& calm, int usual_cycles, const Traces& sinuous) {
     const Unrest &a = all[0], &b = all[1], &c = all[2], &d = all[3];
-    FigureClaims fig(
-        result, "Fig. 11",
-        fmt::format("Mean |ε| falls with every cycle of the second order, so its ratio is taken after the {} "
-                    "cycles that the paper calls equilibrium (Section 3), with M = 1 as in the figure; a "
-                    "joint counts by the time it touches.",
-                    usual_cycles));
+    FigureClaims fig(result, "Fig. 11",
+                     fmt::format("Mean |ε| falls with every cycle of the second order, so its ratio is taken "
+                                 "after the {} cycles that the paper calls equilibrium (Section 3), with M = "
+                                 "1 as in the figure; a joint counts by the time it touches.",
+                                 usual_cycles));
     const auto bounced = [&](int k) { return static_cast<double>(all[k].bounced()); };
     fig.published("(a) with A and R joints in contact stay so: joints that leave the wall", 0.0, bounced(0),
                   a.bounced() == 0, "none leaves", fmt::format("Of {} that touch.", a.touched()));
-    fig.published("(b) without A and R joints bounce: joints that leave the wall", std::string("most"),
-                  bounced(1), b.bounced() > b.touched() / 2, "more than half of those that touch",
+    fig.published("(b) without A and R joints bounce: joints that leave the wall", "most", bounced(1),
+                  b.bounced() > b.touched() / 2, "more than half of those that touch",
                   fmt::format("Of {} that touch.", b.touched()));
     const double near = time_near(a, b, 2);
     fig.published(
         "nearly the same joints touch in (a) and (b): share of the time in contact in (b) on joints at most "
         "two from one of (a)",
-        std::string("nearly all"), near, near > 0.9, "more than 90 %",
+        "nearly all", near, near > 0.9, "more than 90 %",
         fmt::format("On the very joints of (a): {:.0f} %, within one: {:.0f} %.", 100 * time_near(a, b, 0),
                     100 * time_near(a, b, 1)));
     const auto after = [&](int varied, int cycles) {
@@ -267,27 +261,26 @@ void claim(StudyResult& result, const std::vector<Unrest>& all, const Traces& tr
     };
     const Calm usual = after(1, usual_cycles);
     const double ratio = usual.ratio();
-    fig.published(
-        fmt::format("mean |ε| in (a) over that in (b), after {} cycles", usual_cycles), 1e-7, ratio,
-        ratio > 1e-8 && ratio < 1e-6, "within a factor of 10",
-        fmt::format(
-            "Mean |ε| is {:.1e} and {:.1e}. After half as many cycles the ratio is {:.1e}; with M = 2 "
-            "before, {:.1e}.",
-            usual.second, usual.first, after(1, usual_cycles / 2).ratio(), after(2, usual_cycles).ratio()));
+    fig.published(fmt::format("mean |ε| in (a) over that in (b), after {} cycles", usual_cycles), 1e-7, ratio,
+                  ratio > 1e-8 && ratio < 1e-6, "within a factor of 10",
+                  fmt::format("Mean |ε| is {:.1e} and {:.1e}. After half as many cycles the ratio is {:.1e}; "
+                              "with M = 2 before, {:.1e}.",
+                              usual.second, usual.first, after(1, usual_cycles / 2).ratio(),
+                              after(2, usual_cycles).ratio()));
     FigureClaims terms(
         result, "Section 3.3",
         "Cases (c) to (e), which the paper describes without a figure, and the traces of R and A.");
     const double c_ratio = c.mean_turn / a.mean_turn;
     terms.published(
         "(c) R alone is like (a): time in contact on the joints of (a); mean |ε| over that of (a)",
-        std::string("the same; comparable"), fmt::format("{:.2f}; {:.2g}", time_near(a, c, 0), c_ratio),
+        "the same; comparable", fmt::format("{:.2f}; {:.2g}", time_near(a, c, 0), c_ratio),
         time_near(a, c, 0) > 0.95 && c_ratio > 0.1 && c_ratio < 10 && c.bounced() == 0,
         "more than 95 %, within a factor of 10, and no joint leaves the wall",
         fmt::format("{} joints leave the wall.", c.bounced()));
     const double d_ratio = d.mean_turn / b.mean_turn;
     terms.published(
         "(d) A alone is almost identical to (b): time in contact within one joint; mean |ε| over that of (b)",
-        std::string("almost identical"), fmt::format("{:.2f}; {:.2g}", time_near(b, d, 1), d_ratio),
+        "almost identical", fmt::format("{:.2f}; {:.2g}", time_near(b, d, 1), d_ratio),
         time_near(b, d, 1) > 0.95 && d_ratio > 0.5 && d_ratio < 2 && 2 * d.bounced() > d.touched(),
         "more than 95 %, within a factor of 2, and most joints bounce",
         fmt::format("{} of {} joints leave the wall.", d.bounced(), d.touched()));
@@ -312,23 +305,22 @@ void claim(StudyResult& result, const std::vector<Unrest>& all, const Traces& tr
               traces.bending_spread, traces.bending_spread < 0.01,
               "below 0.01: C is the same for all segments",
               "The last segment aside, which has one neighbour.");
-    terms.add(ClaimKind::Identity, "Tr R is larger for smaller i", std::string("yes"),
-              std::string(std::is_sorted(traces.wall.rbegin(), traces.wall.rend() - 1) ? "yes" : "no"),
+    terms.add(ClaimKind::Identity, "Tr R is larger for smaller i", "yes",
+              std::is_sorted(traces.wall.rbegin(), traces.wall.rend() - 1) ? "yes" : "no",
               std::is_sorted(traces.wall.rbegin(), traces.wall.rend() - 1), "a sum of positive terms");
-    FigureClaims model(
-        result, "Fig. 12",
-        "One joint, a spring for the wire and one for the wall: x_a and x_b are chosen as half and twice "
-        "the minimum, so that these cannot fail.");
+    FigureClaims model(result, "Fig. 12",
+                       "One joint, a spring for the wire and one for the wall: x_a and x_b are chosen as "
+                       "half and twice the minimum, so that these cannot fail.");
     model.add(ClaimKind::Identity, "(b) the minimum of the second order lies in the wall, at any x0 [mm]",
-              std::string("> 0"), joint.second_order_minimum(), joint.second_order_minimum() > 0, "");
+              "> 0", joint.second_order_minimum(), joint.second_order_minimum() > 0, "");
     model.add(ClaimKind::Identity,
               "(c) from a small x0 the first order's minimum is deeper than x0: minimum and x0 [mm]",
-              std::string("minimum > x0"),
+              "minimum > x0",
               fmt::format("{:.4f}, {:.4f}", joint.first_order_minimum(joint.near()), joint.near()),
               joint.first_order_minimum(joint.near()) > joint.near(), "");
     model.add(ClaimKind::Identity, "(d) from a large x0 the first order's minimum is out of the wall [mm]",
-              std::string("< 0"), joint.first_order_minimum(joint.deep()),
-              joint.first_order_minimum(joint.deep()) < 0, "");
+              "< 0", joint.first_order_minimum(joint.deep()), joint.first_order_minimum(joint.deep()) < 0,
+              "");
 }
 
 io::Plot calm_plot(const PaperScene& scene, int usual_cycles) {
@@ -340,20 +332,15 @@ io::Plot calm_plot(const PaperScene& scene, int usual_cycles) {
         "set object 1 rectangle from graph 0,first 1e-8 to graph 1,first 1e-6 behind fc rgb '#e8f3ec' fs "
         "noborder\n"
         "plot 'static_contact_ratio.csv' skip 1 using ($1 == 1 ? $2 : 1/0):($3/$4) with linespoints pt 7 lw "
-        "2 lc rgb "
-        "'#E69F00' title 'M = 1 before', \\\n     '' skip 1 using ($1 == 2 ? $2 : 1/0):($3/$4) with "
-        "linespoints pt 5 lw "
-        "2 lc rgb '#0072B2' title 'M = 2 before', \\\n     1e-7 with lines dt 2 lc rgb 'black' title "
-        "'published, about 10^{{-7}}', \\\n     '+' "
-        "using ({}):(1e-7) every ::::0 with points pt 6 ps 2 lc rgb 'black' title 'what the paper calls "
-        "equilibrium'\n",
+        "2 lc rgb '#E69F00' title 'M = 1 before', \\\n     '' skip 1 using ($1 == 2 ? $2 : 1/0):($3/$4) with "
+        "linespoints pt 5 lw 2 lc rgb '#0072B2' title 'M = 2 before', \\\n     1e-7 with lines dt 2 lc rgb "
+        "'black' title 'published, about 10^{{-7}}', \\\n     '+' using ({}):(1e-7) every ::::0 with points "
+        "pt 6 ps 2 lc rgb 'black' title 'what the paper calls equilibrium'\n",
         usual_cycles);
     plot.caption = fmt::format(
         "Mean size of an update with the second order (a) over that without (b), against the cycles that the "
-        "wire has "
-        "made before (Fig. 11 gives about 1e-7 for a wire in equilibrium, which Section 3 takes to be "
-        "reached after 200 "
-        "cycles): {}.",
+        "wire has made before (Fig. 11 gives about 1e-7 for a wire in equilibrium, which Section 3 takes to "
+        "be reached after 200 cycles): {}.",
         scene.text());
     return plot;
 }
@@ -403,36 +390,31 @@ StudyResult run_static_contact(const StudyOptions& options) {
     const Joint1D joint;
 
     StudyResult result;
-    io::Table joints{
-        "static_contact", {"case", "joint", "in_contact_percent", "mean_update", "trace_R_N_mm"}, {}};
-    io::Table cases{
-        "static_contact_cases", {"case", "terms", "joints_touching", "joints_bouncing", "mean_update"}, {}};
+    io::Table joints{"static_contact",
+                     {"case", "joint", "in_contact_percent", "mean_update", "trace_R_N_mm"}};
+    io::Table cases{"static_contact_cases",
+                    {"case", "terms", "joints_touching", "joints_bouncing", "mean_update"}};
     for (std::size_t k = 0; k < all.size(); ++k) {
         for (std::size_t i = 1; i < all[k].contact.size(); ++i)
-            joints.add({std::string(case_table[k].name), static_cast<double>(i), 100 * all[k].contact[i],
-                        all[k].turn[i], traces.wall[i]});
-        cases.add({std::string(case_table[k].name), std::string(case_table[k].what),
-                   static_cast<double>(all[k].touched()), static_cast<double>(all[k].bounced()),
-                   all[k].mean_turn});
+            joints.add({case_table[k].name, i, 100 * all[k].contact[i], all[k].turn[i], traces.wall[i]});
+        cases.add(
+            {case_table[k].name, case_table[k].what, all[k].touched(), all[k].bounced(), all[k].mean_turn});
     }
     io::Table ratio{
         "static_contact_ratio",
-        {"varied_segments_before", "cycles_before", "mean_update_second_order", "mean_update_first_order"},
-        {}};
-    for (const Calm& each : calm)
-        ratio.add({static_cast<double>(each.varied_segments), static_cast<double>(each.cycles), each.second,
-                   each.first});
+        {"varied_segments_before", "cycles_before", "mean_update_second_order", "mean_update_first_order"}};
+    for (const Calm& each : calm) ratio.add({each.varied_segments, each.cycles, each.second, each.first});
     claim(result, all, traces, joint, calm, usual_cycles, other);
     result.plots = {contact_plot(scene), calm_plot(scene, usual_cycles), energies_plot(joint)};
-    result.page = claims_page("static-contact", "Which terms keep a wire at rest in touch with the wall",
-                              fmt::format("{}: the wire after {} cycles with M = 2, where the largest "
-                                          "gradient over C is {:.1e}. From there each "
-                                          "case, without safeguard, makes {} cycles unobserved and {} that "
-                                          "are watched, update by update. The "
-                                          "mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
-                                          scene.text(), options.quick ? 60 : 200, rest.gradient, settle,
-                                          cycles, traces.mean_wall, traces.bending, io::to_markdown(cases)),
-                              result, options);
+    result.page = claims_page(
+        "static-contact", "Which terms keep a wire at rest in touch with the wall",
+        fmt::format(
+            "{}: the wire after {} cycles with M = 2, where the largest gradient over C is {:.1e}. From "
+            "there each case, without safeguard, makes {} cycles unobserved and {} that are watched, update "
+            "by update. The mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
+            scene.text(), options.quick ? 60 : 200, rest.gradient, settle, cycles, traces.mean_wall,
+            traces.bending, io::to_markdown(cases)),
+        result, options);
     result.tables = {std::move(joints), std::move(cases), std::move(ratio), energies_table(joint)};
     return result;
 }

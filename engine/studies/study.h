@@ -69,6 +69,13 @@ struct StudyResult {
     std::vector<std::pair<std::string, std::string>> notes =
         {};  // of a figure: what holds for all its claims
     std::vector<StudyPicture> pictures = {};
+
+    /// Adds a claim of this project's own.
+    void claim(std::string text, io::TableCell published, io::TableCell measured, bool holds,
+               std::string note) {
+        claims.push_back(
+            {std::move(text), std::move(published), std::move(measured), holds, std::move(note)});
+    }
 };
 
 /// Work of a study that can be cut into independent pieces: each gives a row of numbers.

@@ -5,37 +5,20 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/run/picture_file.h"
 #include "engine/studies/claims.h"
 
 namespace studies {
 namespace {
 
-std::string escaped(std::string_view text) {
-    std::string html;
-    for (const char c : text) {
-        if (c == '&')
-            html += "&amp;";
-        else if (c == '<')
-            html += "&lt;";
-        else if (c == '>')
-            html += "&gt;";
-        else if (c == '"')
-            html += "&quot;";
-        else
-            html += c;
-    }
-    return html;
-}
-
 const char* const style =
     "body{font:16px/1.45 sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}\n"
     "figure{margin:1.5em 0}img{max-width:100%;height:auto;border:1px solid #ddd}\n"
     "figcaption{color:#444}table{border-collapse:collapse;width:100%;font-size:14px}\n"
     "th,td{border:1px solid #ccc;padding:.3em .5em;text-align:left;vertical-align:top}\n"
-    "td.verdict{white-space:nowrap}td.reproduced{background:#d9efe6}td.differs{background:#fbe3d6}"
-    "td.other{background:#eee}dt{font-weight:bold;float:left;width:8em}h4{margin-bottom:.3em}table.counts{"
-    "width:auto}";
+    "td.verdict{white-space:nowrap}td.reproduced{background:#d9efe6}td.differs{background:#fbe3d6}td.other{"
+    "background:#eee}dt{font-weight:bold;float:left;width:8em}h4{margin-bottom:.3em}table.counts{width:auto}";
 
 /// What the classes of claims mean, and how many each study has of them.
 std::string counts_html(std::span<const ClaimList> lists) {
@@ -64,14 +47,14 @@ std::string counts_html(std::span<const ClaimList> lists) {
         html += "</tr>\n";
     };
     for (const ClaimList& list : lists)
-        row(fmt::format("<a href=\"#claims-{0}\">{0}</a>", escaped(list.study)), {&list, 1});
+        row(fmt::format("<a href=\"#claims-{0}\">{0}</a>", io::html_escaped(list.study)), {&list, 1});
     row("<b>all</b>", lists);
     return html + "</table>\n";
 }
 
 std::string table_html(const io::Table& table) {
     std::string html = "<table>\n<tr>";
-    for (const std::string& column : table.columns) html += "<th>" + escaped(column) + "</th>";
+    for (const std::string& column : table.columns) html += "<th>" + io::html_escaped(column) + "</th>";
     html += "</tr>\n";
     for (const auto& row : table.rows) {
         html += "<tr>";
@@ -80,7 +63,7 @@ std::string table_html(const io::Table& table) {
             const bool decided = word == "reproduced" || word == "differs";
             html += table.columns[k] == "verdict"
                         ? fmt::format("<td class=\"verdict {}\">{}</td>", decided ? word : "other", word)
-                        : "<td>" + escaped(word) + "</td>";
+                        : "<td>" + io::html_escaped(word) + "</td>";
         }
         html += "</tr>\n";
     }
@@ -91,9 +74,9 @@ std::string table_html(const io::Table& table) {
 std::string claims_html(const ClaimList& list) {
     std::string html;
     for (const std::string& figure : figures_of(list.claims)) {
-        if (!figure.empty()) html += fmt::format("<h4>{}</h4>\n", escaped(figure));
+        if (!figure.empty()) html += fmt::format("<h4>{}</h4>\n", io::html_escaped(figure));
         for (const auto& [of, note] : list.notes)
-            if (of == figure) html += fmt::format("<p>{}</p>\n", escaped(note));
+            if (of == figure) html += fmt::format("<p>{}</p>\n", io::html_escaped(note));
         html += table_html(claims_table(list.claims, figure));
     }
     return html;
@@ -103,14 +86,14 @@ std::string figure_html(const Study& study, const io::Plot& plot) {
     return fmt::format(
         "<figure>\n<img src=\"{0}/{1}.svg\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
         "<figcaption>{4}</figcaption>\n</figure>\n",
-        study.id, plot.name, plot.width, plot.height, escaped(plot.caption));
+        study.id, plot.name, plot.width, plot.height, io::html_escaped(plot.caption));
 }
 
 std::string figure_html(const Study& study, const StudyPicture& picture) {
     return fmt::format(
         "<figure>\n<img src=\"{0}/{1}.png\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
         "<figcaption>{4}</figcaption>\n</figure>\n",
-        study.id, picture.name, picture.image.width, picture.image.height, escaped(picture.caption));
+        study.id, picture.name, picture.image.width, picture.image.height, io::html_escaped(picture.caption));
 }
 
 /// The study whose first picture opens the page.
@@ -147,7 +130,8 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
             html += figure_html(*study, result.plots.front());
     html += "<ul>\n";
     for (const auto& [study, result] : results)
-        html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", study->id, escaped(study->question));
+        html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", study->id,
+                            io::html_escaped(study->question));
     std::vector<ClaimList> lists;
     for (const auto& [study, result] : results)
         if (!result.claims.empty()) lists.push_back({std::string(study->id), result.claims, result.notes});
@@ -156,7 +140,7 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
         html += fmt::format("<h3 id=\"claims-{0}\">{0}</h3>\n{1}", list.study, claims_html(list));
     for (const auto& [study, result] : results) {
         html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:",
-                            study->id, escaped(study->question));
+                            study->id, io::html_escaped(study->question));
         for (const io::Table& table : result.tables)
             html += fmt::format(" <a href=\"{}/{}.csv\">{}</a>", study->id, table.name, table.name);
         html += "</p>\n";

@@ -1,7 +1,4 @@
-#include "engine/studies/triangle_walls.h"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -11,6 +8,7 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/plain_wire.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/centreline_tree.h"
 #include "physics/geometry/mesh_query.h"
@@ -257,13 +255,13 @@ Ending relaxed(const physics::RelaxerConfig& method, const NamedWall& wall, cons
 /// What one joint has from each wall of the coarsest mesh as it passes an edge between two facets: its energy
 /// [N·mm], and the part of the push that drives it along the way [N].
 io::Table edge_table(std::span<const NamedWall> walls) {
-    io::Table table{"triangle_walls_edge", {"line", "place_mm"}, {}};
+    io::Table table{"triangle_walls_edge", {"line", "place_mm"}};
     for (const char* unit : {"N_mm", "N"})
         for (const NamedWall& wall : walls)
             table.columns.push_back(
                 fmt::format("{}_{}", wall.kind == "closed form" ? "round" : wall.kind, unit));
     const auto add = [&](const char* line, double place, const Vec3& x, const Vec3& along) {
-        std::vector<io::TableCell> row = {std::string(line), place};
+        std::vector<io::TableCell> row = {line, place};
         std::vector<WallContact> contacts;
         for (const NamedWall& wall : walls) wall.wall->contacts({&x, 1}, {&contacts.emplace_back(), 1});
         for (const WallContact& c : contacts) row.emplace_back(c.touches() ? c.energy() : 0.0);
@@ -307,37 +305,28 @@ std::vector<NamedWay> ways_of_relaxing() {
 std::string introduction(const std::vector<TubeOfTriangles>& tube, const TriangleWallSizes& size) {
     return fmt::format(
         "The paper's artery is a mesh, and the wall of a joint is the plane of the triangle that a ray from "
-        "the "
-        "centreline through the joint meets. Its meshes are not published, and the other studies use a round "
-        "tube in closed form. Here the same wire lies in the same tube on walls of each kind.\n\n"
+        "the centreline through the joint meets. Its meshes are not published, and the other studies use a "
+        "round tube in closed form. Here the same wire lies in the same tube on walls of each kind.\n\n"
         "- *plane*: the triangle that the ray meets, as in the paper.\n"
         "- *closest*: the distance to the closest point of the same mesh, on a face, an edge or a corner.\n"
         "- *field*: the smooth distance field that is sampled from the same mesh.\n"
         "- *round*: the tube in closed form.\n\n"
         "Tubes of radius {:g} mm: *{}* ({}) and *{}* ({}); N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} "
-        "N/mm a "
-        "joint, from the centreline, {} cycles, methods as published unless safeguarded. A wire *rests* "
-        "where "
-        "the mean turn of an update in the last cycle is below {:g} and its |gradient| over C is at most "
-        "{:g}; "
-        "it is *stuck* where it no longer turns but its gradient is larger; else it *moves*. The global "
-        "relaxer ends by itself. A hop is a change of plane under a joint that touches before and after an "
-        "update, counted over the last cycle, for each joint that touches at its end. *rise* is the largest "
-        "rise of the true energy by one update of that cycle; *off_round* is the largest distance of a joint "
-        "from its place at rest in the round tube.\n\n"
+        "N/mm a joint, from the centreline, {} cycles, methods as published unless safeguarded. A wire "
+        "*rests* where the mean turn of an update in the last cycle is below {:g} and its |gradient| over C "
+        "is at most {:g}; it is *stuck* where it no longer turns but its gradient is larger; else it "
+        "*moves*. The global relaxer ends by itself. A hop is a change of plane under a joint that touches "
+        "before and after an update, counted over the last cycle, for each joint that touches at its end. "
+        "*rise* is the largest rise of the true energy by one update of that cycle; *off_round* is the "
+        "largest distance of a joint from its place at rest in the round tube.\n\n"
         "**Why.** On planes the energy is nearly continuous, but its slope jumps at every edge. A joint in "
-        "the "
-        "valley between two facets is pushed one way on one side of the edge and the other way on the other "
-        "side (first picture): no place between has a slope of zero. An update moves it across, the next one "
-        "moves it back: it hops for ever and carries the joints distal of it along. The safeguard rejects "
-        "such "
-        "updates, and the wire stands where the first edges hold it, which is not where its energy is least. "
-        "The "
-        "closest feature rounds the valley off, but only over a width of the size of the penetration. The "
-        "wall "
-        "is curved there by about k, which R does not contain, and the plain methods overshoot. The field "
-        "rounds "
-        "it off over the spacing of its grid.\n\n",
+        "the valley between two facets is pushed one way on one side of the edge and the other way on the "
+        "other side (first picture): no place between has a slope of zero. An update moves it across, the "
+        "next one moves it back: it hops for ever and carries the joints distal of it along. The safeguard "
+        "rejects such updates, and the wire stands where the first edges hold it, which is not where its "
+        "energy is least. The closest feature rounds the valley off, but only over a width of the size of "
+        "the penetration. The wall is curved there by about k, which R does not contain, and the plain "
+        "methods overshoot. The field rounds it off over the spacing of its grid.\n\n",
         radius, tube[0].name, tube[0].what, tube[1].name, tube[1].what, size.segments, segment_length,
         rigidity, wall_stiffness, size.cycles, still, balanced);
 }
@@ -358,9 +347,9 @@ io::Plot edge_plot(const TriangleWallSizes& size) {
             "lw 3 lc rgb '#D55E00' title 'plane'", "lw 2 lc rgb '#0072B2' title 'closest'",
             "lw 2 lc rgb '#009E73' title 'field'", "lw 2 dt 2 lc rgb '#666666' title 'round'"};
         for (int k = 0; k < 4; ++k)
-            plot.commands += fmt::format(
-                "{}'triangle_walls_edge.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):({:g}*${}) {}",
-                k > 0 ? ", \\\n     " : "", line, factor, column + k, looks[k]);
+            plot.curve(fmt::format(
+                "'triangle_walls_edge.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):({:g}*${}) {}", line,
+                factor, column + k, looks[k]));
         plot.commands += "\nunset key\n";
     };
     panel("around", "round the vessel: energy", "10^{-3} N·mm", 3, 1e3);
@@ -386,11 +375,11 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWal
     for (const TubeOfTriangles& tube : tubes) {
         plot.commands += fmt::format("set title '{}: {}'\nplot ", tube.name, tube.what);
         const auto add = [&](const std::string& kind, const std::string& fineness, const std::string& look) {
-            plot.commands += fmt::format(
-                "{}'triangle_walls_cycles.csv' skip 1 using {}:(strcol(2) eq '{}' && strcol(3) eq '{}' ? $5 "
+            plot.curve(fmt::format(
+                "'triangle_walls_cycles.csv' skip 1 using {}:(strcol(2) eq '{}' && strcol(3) eq '{}' ? $5 "
                 ": 1/0) lw 2 {} title '{}'",
-                plot.commands.ends_with("plot ") ? "" : ", \\\n     ", of_tube(tube, "$4"), kind, fineness,
-                look, kind == "closed form" ? "round" : kind + ", " + fineness);
+                of_tube(tube, "$4"), kind, fineness, look,
+                kind == "closed form" ? "round" : kind + ", " + fineness));
         };
         for (std::size_t k = 0; k < size.finenesses.size(); ++k)
             add("plane", size.finenesses[k].text(), fmt::format("lc rgb '{}'", reds[k]));
@@ -402,8 +391,7 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWal
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Mean turn of the updates of each cycle with M = 2, from the centreline, N = {}: on planes it stays "
-        "at "
-        "a level that finer facets lower, on smooth walls it keeps falling.",
+        "at a level that finer facets lower, on smooth walls it keeps falling.",
         size.segments);
     return plot;
 }
@@ -432,12 +420,11 @@ io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vecto
             fmt::format("at(row) = row == {0} ? {0} : (row % 3) * {1} + row / 3\nset title '{2}: {3}'\nplot ",
                         walls - 1, fine, tubes[t].name, tubes[t].what);
         for (int m = 0; m < methods; ++m)
-            plot.commands += fmt::format(
-                "{}'triangle_walls.csv' skip 1 using {}:(strcol(4) eq '{}' ? $7 : 1/0) pt {} ps 1.3 lw 2 lc "
+            plot.curve(fmt::format(
+                "'triangle_walls.csv' skip 1 using {}:(strcol(4) eq '{}' ? $7 : 1/0) pt {} ps 1.3 lw 2 lc "
                 "rgb '{}' title '{}'",
-                m > 0 ? ", \\\n     " : "",
                 of_tube(tubes[t], fmt::format("at(int($0)/{} - {})", methods, t * walls)), ways[m].name,
-                shapes[m], colours[m], ways[m].name);
+                shapes[m], colours[m], ways[m].name));
         plot.commands += "\nunset key\n";
     }
     plot.commands += "unset multiplot\n";
@@ -470,7 +457,7 @@ std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector
     std::vector<Claim> list;
     const auto claim = [&](const std::string& text, bool should, std::pair<int, int> found,
                            const std::string& note) {
-        list.push_back({"Extension: " + text + " [cases at rest]", std::string(should ? "all" : "none"),
+        list.push_back({"Extension: " + text + " [cases at rest]", should ? "all" : "none",
                         fmt::format("{} of {}", found.first, found.second),
                         should ? found.first == found.second : found.first == 0, note});
     };
@@ -493,24 +480,21 @@ std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (walls[w].tube == t && walls[w].planes)
                 turns.push_back(endings[w * ways.size() + 2].turns.back());
-        list.push_back(
-            {fmt::format("Extension: finer facets leave less unrest, {} tube: mean turn with M = 2, "
-                         "coarsest over finest [-]",
-                         t == 0 ? "sinuous" : "sharp"),
-             std::string("> 1"), turns.front() / turns.back(), turns.front() > turns.back(),
-             "On planes, in the last cycle."});
+        list.push_back({fmt::format("Extension: finer facets leave less unrest, {} tube: mean turn with M = "
+                                    "2, coarsest over finest [-]",
+                                    t == 0 ? "sinuous" : "sharp"),
+                        "> 1", turns.front() / turns.back(), turns.front() > turns.back(),
+                        "On planes, in the last cycle."});
     }
     for (const std::string line : {"around", "along"}) {
         const double plane = largest_step(edge, line, "plane_N"), field = largest_step(edge, line, "field_N");
-        list.push_back(
-            {fmt::format(
-                 "Extension: the push along the way jumps where a joint passes an edge, {}: on planes "
-                 "over that on the field [-]",
-                 line == "around" ? "round the vessel" : "along a bend"),
-             std::string("> 10"), plane / field, plane > 10 * field,
-             fmt::format("Largest change within 0.5 µm: {:.3g} N on planes, {:.3g} N on the closest feature, "
-                         "{:.2g} N on the field.",
-                         plane, largest_step(edge, line, "closest_N"), field)});
+        list.push_back({fmt::format("Extension: the push along the way jumps where a joint passes an edge, "
+                                    "{}: on planes over that on the field [-]",
+                                    line == "around" ? "round the vessel" : "along a bend"),
+                        "> 10", plane / field, plane > 10 * field,
+                        fmt::format("Largest change within 0.5 µm: {:.3g} N on planes, {:.3g} N on the "
+                                    "closest feature, {:.2g} N on the field.",
+                                    plane, largest_step(edge, line, "closest_N"), field)});
     }
     return list;
 }
@@ -537,21 +521,20 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"triangle_walls",
                     {"tube", "wall", "facets", "method", "state", "mean_turn", "gradient", "energy_N_mm",
-                     "rise_N_mm", "hops_per_contact", "off_round_mm"},
-                    {}};
-    io::Table cycles{"triangle_walls_cycles", {"tube", "wall", "facets", "cycle", "mean_turn"}, {}};
+                     "rise_N_mm", "hops_per_contact", "off_round_mm"}};
+    io::Table cycles{"triangle_walls_cycles", {"tube", "wall", "facets", "cycle", "mean_turn"}};
     for (int k = 0; k < count; ++k) {
         const NamedWall& w = wall[k / way.size()];
         const NamedWay& m = way[k % way.size()];
         const Ending& e = ending[k];
         const double none = std::nan("");
         const bool in_cycles = !e.turns.empty();
-        table.add({tube[w.tube].name, w.kind, w.fineness, std::string(m.name), std::string(e.state()),
+        table.add({tube[w.tube].name, w.kind, w.fineness, m.name, e.state(),
                    in_cycles ? e.turns.back() : none, e.gradient, e.energy, in_cycles ? e.rise : none,
                    in_cycles && w.planes ? e.hops : none, e.moved});
         if (m.name != std::string("M = 2")) continue;
         for (std::size_t c = 0; c < e.turns.size(); ++c)
-            cycles.add({tube[w.tube].name, w.kind, w.fineness, static_cast<double>(c + 1), e.turns[c]});
+            cycles.add({tube[w.tube].name, w.kind, w.fineness, c + 1, e.turns[c]});
     }
     const auto sharp = std::ranges::find(wall, 1, &NamedWall::tube);
     std::vector<NamedWall> coarse(sharp, sharp + 3);

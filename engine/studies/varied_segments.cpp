@@ -6,8 +6,9 @@
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -68,8 +69,7 @@ std::string cycles_text(double cycles) {
 double usual_amplitude(const DeviationTrace& trace, int first, int cycles) {
     std::vector<double> swings;
     for (int c = first; c < cycles; ++c) swings.push_back(0.5 * trace.swing(c));
-    std::sort(swings.begin(), swings.end());
-    return swings[swings.size() / 2];
+    return quantile(std::move(swings), 0.5);
 }
 
 double largest_amplitude(const DeviationTrace& trace, int first, int cycles) {
@@ -115,20 +115,18 @@ void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& 
         return largest_amplitude(runs[run].traces[k], half, size.cycles);
     };
 
-    FigureClaims six(
-        result, "Fig. 6",
-        noted ? std::string()
-              : fmt::format(
-                    "Joint {}. Cycles are those after which |d| stays within 0.1 mm; means are of |d| over "
-                    "the first {} cycles [mm].",
-                    first, size.counted));
-    six.published("the number of cycles falls with M = 1, 2, 3: mean |d| [mm], " + tube, std::string("falls"),
+    FigureClaims six(result, "Fig. 6",
+                     noted ? std::string()
+                           : fmt::format("Joint {}. Cycles are those after which |d| stays within 0.1 mm; "
+                                         "means are of |d| over the first {} cycles [mm].",
+                                         first, size.counted));
+    six.published("the number of cycles falls with M = 1, 2, 3: mean |d| [mm], " + tube, "falls",
                   of_each(0, 3, mean, "{:.3f}"), mean(1, 0) < mean(0, 0) && mean(2, 0) < mean(1, 0),
                   "each mean is below the one before",
                   fmt::format("Cycles: {}.", of_each(0, 3, settled, "{:.1f}")));
     six.published(
         "δ = 15 is faster at the beginning than chosen δ: part of d left after 5 cycles, " + tube,
-        std::string("less with δ = 15"),
+        "less with δ = 15",
         fmt::format("M = 2: {:.3f} against {:.3f}, M = 3: {:.3f} against {:.3f}", left(two_fixed), left(1),
                     left(three_fixed), left(2)),
         left(two_fixed) < left(1) && left(three_fixed) < left(2), "with both M",
@@ -137,15 +135,15 @@ void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& 
         fmt::format("chosen δ is more stable than δ = 15: largest amplitude in a cycle from {} on [mm]",
                     half) +
             ", " + tube,
-        std::string("smaller with chosen δ"),
+        "smaller with chosen δ",
         fmt::format("M = 2: {:.1e} against {:.1e}, M = 3: {:.1e} against {:.1e}", noise(1, 0),
                     noise(two_fixed, 0), noise(2, 0), noise(three_fixed, 0)),
         noise(1, 0) < noise(two_fixed, 0) && noise(2, 0) < noise(three_fixed, 0), "with both M",
         "Algorithm 2 may go to and fro between separations that promise as much, which turns the wire a "
         "little each time.");
     const double three = mean(2, 0);
-    six.published("M = 4 and 5 are very similar to M = 3: mean |d| [mm], " + tube,
-                  std::string("very similar"), of_each(0, 5, mean, "{:.3f}"),
+    six.published("M = 4 and 5 are very similar to M = 3: mean |d| [mm], " + tube, "very similar",
+                  of_each(0, 5, mean, "{:.3f}"),
                   std::abs(mean(3, 0) - three) < 0.25 * three && std::abs(mean(4, 0) - three) < 0.25 * three,
                   "within a quarter of that of M = 3",
                   "Which contacts the fourth and fifth segment find is the tube's own.");
@@ -156,25 +154,25 @@ void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& 
     for (int m = 0; m < 3; ++m) faster = faster && mean(m, 1) < mean(m, 0);
     seven.published(
         fmt::format("all relaxations are faster than those of joint {}: mean |d| [mm]", first) + ", " + tube,
-        std::string("faster"), of_each(1, 3, mean, "{:.3f}") + " against " + of_each(0, 3, mean, "{:.3f}"),
-        faster, "with M = 1, 2 and 3",
+        "faster", of_each(1, 3, mean, "{:.3f}") + " against " + of_each(0, 3, mean, "{:.3f}"), faster,
+        "with M = 1, 2 and 3",
         "With M = 1 the joints before this one turn for long and carry it along, so that it is no nearer "
         "than they.");
     const double least = std::min({settled(0, 1), settled(1, 1), settled(2, 1)}),
                  most = std::max({settled(0, 1), settled(1, 1), settled(2, 1)});
-    seven.published("similar relaxation times with M = 1, 2 and 3 [cycles], " + tube, std::string("similar"),
+    seven.published("similar relaxation times with M = 1, 2 and 3 [cycles], " + tube, "similar",
                     of_each(1, 3, settled, "{:.1f}"), most - least < 0.1 * size.cycles,
                     fmt::format("they differ by less than a tenth of the figure's {} cycles", size.cycles),
                     "With M = 1 the segments before this joint go on turning and carry it along.");
     const double usual = usual_amplitude(runs[0].traces[1], half, size.cycles);
-    seven.published("amplitude of the oscillation with M = 1 [mm], " + tube, std::string("1e-4 to 1e-2"),
-                    usual, usual >= 1e-4 && usual <= 1e-2,
+    seven.published("amplitude of the oscillation with M = 1 [mm], " + tube, "1e-4 to 1e-2", usual,
+                    usual >= 1e-4 && usual <= 1e-2,
                     fmt::format("half the swing in a cycle, median from cycle {} on, is in that range", half),
                     "How far it swings follows the distance to the next contact.");
     const double quiet = std::max(0.5 * runs[1].traces[1].swing(half), 0.5 * runs[2].traces[1].swing(half));
     seven.published(
         fmt::format("the noise with M = 2 and 3 at about {} cycles is very small [mm]", half) + ", " + tube,
-        std::string("very small"), quiet, quiet < 1e-3,
+        "very small", quiet, quiet < 1e-3,
         "half the swing in that cycle, the larger of both, is below 0.001 mm",
         "The wire is still on its way.");
 
@@ -183,21 +181,21 @@ void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& 
                              : fmt::format("Joint {}; means are over the {} cycles of the figure.", last,
                                            size.short_cycles));
     const auto brief = [&](int run, int k) { return runs[run].traces[k].mean(size.short_cycles); };
-    eight.published("M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], " + tube, std::string("M = 3"),
+    eight.published("M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], " + tube, "M = 3",
                     of_each(2, 3, brief, "{:.4f}"), brief(2, 2) < brief(0, 2) && brief(2, 2) < brief(1, 2),
                     "the least mean is that of M = 3",
                     "Methods that settle within a cycle differ by little.");
     const double left_2 = runs[1].traces[2].left_after(1), left_3 = runs[2].traces[2].left_after(1);
     eight.published(
         "very sharp decrease in the beginning with M = 2 and 3: part left after 2 cycles, " + tube,
-        std::string("very sharp"), fmt::format("M = 2: {:.3f}, M = 3: {:.3f}", left_2, left_3),
+        "very sharp", fmt::format("M = 2: {:.3f}, M = 3: {:.3f}", left_2, left_3),
         std::max(left_2, left_3) < 0.25, "less than a quarter is left with both",
         "The wire starts close to where it rests here.");
     const double near_tip = usual_amplitude(runs[0].traces[2], half, size.cycles);
     eight.published(
         fmt::format("the noise is larger than that of joint {}: amplitude with M = 1 [mm]", middle) + ", " +
             tube,
-        std::string("larger"), fmt::format("{:.1e} against {:.1e}", near_tip, usual), near_tip > usual,
+        "larger", fmt::format("{:.1e} against {:.1e}", near_tip, usual), near_tip > usual,
         fmt::format("half the swing in a cycle, median from cycle {} on, is larger", half),
         "Noise builds up from joint to joint only where no contact lies between; a contact next to it holds "
         "this joint.");
@@ -230,32 +228,30 @@ void claim_hard(const std::vector<VariedRun>& runs, const VariedSegmentSizes& si
                                cycles_text(settled(run)));
         return all;
     };
-    FigureClaims fig(
-        result, "Fig. 10",
-        fmt::format("Cycles after which |d| of joint {} stays within 0.1 mm. The published wire is that of "
-                    "another paper and not given; ours lies in a hairpin.",
-                    size.hard_joint));
-    fig.published("the triple relaxation is the fastest [cycles]", std::string("M = 3"), text({0, 1, 2, 3}),
+    FigureClaims fig(result, "Fig. 10",
+                     fmt::format("Cycles after which |d| of joint {} stays within 0.1 mm. The published wire "
+                                 "is that of another paper and not given; ours lies in a hairpin.",
+                                 size.hard_joint));
+    fig.published("the triple relaxation is the fastest [cycles]", "M = 3", text({0, 1, 2, 3}),
                   settled(2) < std::min({settled(0), settled(1), settled(3)}), "fewest cycles with M = 3",
                   "The published wire is another.");
     const double left = runs[1].traces[0].left_after(0);
-    fig.published("M = 2 decreases sharply within the first cycle: part of d left after it",
-                  std::string("sharp"), left, left < 0.5, "less than half is left",
-                  "The published wire is another.");
+    fig.published("M = 2 decreases sharply within the first cycle: part of d left after it", "sharp", left,
+                  left < 0.5, "less than half is left", "The published wire is another.");
     fig.published("the relaxation of Konings et al. is essentially the curve of M = 1 [cycles]",
-                  std::string("essentially"), text({0, konings_run}),
+                  "essentially", text({0, konings_run}),
                   settled(konings_run) < 2 * settled(0) && settled(0) < 2 * settled(konings_run),
                   "within a factor of 2",
                   "Ours is that method's small turn of a harmonic joint, without the second order of "
                   "bending, in whole sweeps; its wire and what it takes as relaxed are not published.");
     fig.add(ClaimKind::Extension, "with the geometrical method M = 1 is not much faster than alone [cycles]",
-            std::string("not much faster"), text({0, combined_run}), settled(combined_run) > 0.5 * settled(0),
+            "not much faster", text({0, combined_run}), settled(combined_run) > 0.5 * settled(0),
             "more than half the cycles",
             "The geometrical method here is our own, not that of Baier et al. 2016.");
     fig.add(ClaimKind::Machine,
             "the recipe of Eq. 22 is by far more efficient than that of Konings et al.: one update [µs]",
-            std::string("by far"), fmt::format("{:.2f} against {:.2f}", times[0], times[1]),
-            times[0] < times[1], "less time",
+            "by far", fmt::format("{:.2f} against {:.2f}", times[0], times[1]), times[0] < times[1],
+            "less time",
             "Processor time of a whole update, its wall included, which costs the same in both.");
 }
 
@@ -293,17 +289,17 @@ Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
 
 /// Outlines of the tube and the wire at the start and at rest.
 io::Table wires_table(const PaperScene& scene, const Rest& rest, const VariedSegmentSizes& size) {
-    io::Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}, {}};
+    io::Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}};
     const geometry::Polyline& path = scene.wall->centreline();
     for (const double side : {-1.0, 1.0}) {
         for (std::size_t i = 0; i + 1 < path.size(); i += 10) {
             const geometry::Vec3 u = (path[i + 1] - path[i]).normalized();
             const geometry::Vec3 x = path[i] + side * scene.wall->radius() * geometry::Vec3(-u.y(), u.x(), 0);
-            table.add({std::string(side < 0 ? "right wall" : "left wall"), x.x(), x.y()});
+            table.add({side < 0 ? "right wall" : "left wall", x.x(), x.y()});
         }
     }
-    for (const auto& x : scene.start.joints) table.add({std::string("initial"), x.x(), x.y()});
-    for (const auto& x : rest.wire.joints) table.add({std::string("at rest"), x.x(), x.y()});
+    for (const auto& x : scene.start.joints) table.add({"initial", x.x(), x.y()});
+    for (const auto& x : rest.wire.joints) table.add({"at rest", x.x(), x.y()});
     for (const int i : size.joints) {
         const geometry::Vec3& x = rest.wire.joints[i];
         table.add({fmt::format("joint {}", i), x.x(), x.y()});
@@ -314,24 +310,22 @@ io::Table wires_table(const PaperScene& scene, const Rest& rest, const VariedSeg
 io::Plot wires_plot(const PaperScene& scene, const VariedSegmentSizes& size) {
     io::Plot plot{"varied_segments_wires", "", 1000, 340};
     const auto line = [&](const std::string& name, const std::string& look) {
-        return series(plot.name, name, 2, 3, look);
+        plot.curve(series(plot.name, name, 2, 3, look));
     };
     plot.commands =
         "set size ratio -1\nset xtics 25\nset ytics 10\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key "
-        "outside right top\nplot " +
-        line("right wall", "with lines lc rgb '#999999' title 'wall'") + ", \\\n     " +
-        line("left wall", "with lines lc rgb '#999999' notitle") + ", \\\n     " +
-        line("initial", "with lines lc rgb '#009E73' title 'initial wire'") + ", \\\n     " +
-        line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
+        "outside right top\nplot ";
+    line("right wall", "with lines lc rgb '#999999' title 'wall'");
+    line("left wall", "with lines lc rgb '#999999' notitle");
+    line("initial", "with lines lc rgb '#009E73' title 'initial wire'");
+    line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
     for (std::size_t k = 0; k < size.joints.size(); ++k)
-        plot.commands +=
-            ", \\\n     " + line(fmt::format("joint {}", size.joints[k]),
-                                 fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'",
-                                             5 + 2 * k, size.joints[k]));
+        line(fmt::format("joint {}", size.joints[k]),
+             fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'", 5 + 2 * k,
+                         size.joints[k]));
     plot.commands += "\n";
     plot.caption = fmt::format(
-        "The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): "
-        "{}.",
+        "The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): {}.",
         scene.text());
     return plot;
 }
@@ -345,10 +339,8 @@ io::Plot traces_plot(const std::string& name, const std::vector<VariedRun>& runs
         "set ylabel 'lateral deviation d_{{{}}} [mm]'\nset xrange [0:{}]\nplot ",
         joint, cycles);
     for (std::size_t k = 0; k < count; ++k)
-        plot.commands +=
-            (k > 0 ? ", \\\n     " : "") +
-            series(name, runs[k].method.name, 2, 3,
-                   fmt::format("with lines {} title '{}'", runs[k].method.look, runs[k].method.name));
+        plot.curve(series(name, runs[k].method.name, 2, 3,
+                          fmt::format("with lines {} title '{}'", runs[k].method.look, runs[k].method.name)));
     plot.commands += "\n";
     plot.caption =
         fmt::format("Lateral deviation of joint {} against relaxation cycles (the paper's {}): {}.", joint,
@@ -358,7 +350,7 @@ io::Plot traces_plot(const std::string& name, const std::vector<VariedRun>& runs
 
 io::Table traces_table(const std::string& name, const std::vector<VariedRun>& runs, std::size_t trace,
                        int cycles) {
-    io::Table table{name, {"method", "cycles", "lateral_deviation_mm"}, {}};
+    io::Table table{name, {"method", "cycles", "lateral_deviation_mm"}};
     for (const VariedRun& run : runs)
         for (const auto& point : run.traces[trace].points())
             if (point.cycles <= cycles) table.add({run.method.name, point.cycles, point.deviation});
@@ -421,8 +413,7 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     StudyResult result;
     io::Table rest_table{
         "varied_segments_convergence",
-        {"scene", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "energy_N_mm", "gradient"},
-        {}};
+        {"scene", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "energy_N_mm", "gradient"}};
     for (int k = 0; k < whole_count; ++k) {
         const Convergence& c = convergence[k];
         rest_table.add({whole[k / 2].name, fmt::format("M = {} safeguarded", 2 + k % 2), c.to_tenth,
@@ -430,13 +421,12 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     }
     io::Table settled{
         "varied_segments_settled",
-        {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
-        {}};
+        {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"}};
     const auto add_settled = [&](const std::string& scene, const std::vector<VariedRun>& list) {
         for (const VariedRun& run : list)
             for (const DeviationTrace& trace : run.traces)
-                settled.add({scene, static_cast<double>(trace.joint()), run.method.name, trace.settled(0.1),
-                             trace.settled(0.01), trace.settled(0.001)});
+                settled.add({scene, trace.joint(), run.method.name, trace.settled(0.1), trace.settled(0.01),
+                             trace.settled(0.001)});
     };
     add_settled("sharp", runs);
     add_settled("sinuous", on_sinuous);
@@ -444,8 +434,8 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     FigureClaims(result, "Fig. 4")
         .published(fmt::format("{} cycles take the wire to equilibrium: largest |gradient| over C",
                                size.rest_cycles),
-                   std::string("equilibrium"), rests[0].gradient, rests[0].gradient < 1e-4,
-                   "below 1e-4, with M = 2", "The wire is still on its way.");
+                   "equilibrium", rests[0].gradient, rests[0].gradient < 1e-4, "below 1e-4, with M = 2",
+                   "The wire is still on its way.");
     claim_joints(runs, size, "sharp", result);
     claim_joints(on_sinuous, size, "sinuous", result);
     claim_hard(hard, size, times, result);
@@ -464,12 +454,11 @@ StudyResult run_varied_segments(const StudyOptions& options) {
         fmt::format(
             "The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
             "cycles with M = 2, where the largest gradient over C is {:.1e} (sharp), {:.1e} (hairpin) and "
-            "{:.1e} (sinuous). "
-            "Methods are the paper's, without safeguard; separations are chosen by Algorithm 2.\n\n"
+            "{:.1e} (sinuous). Methods are the paper's, without safeguard; separations are chosen by "
+            "Algorithm 2.\n\n"
             "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
             "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
-            "C "
-            "after {} cycles, with the safeguard.\n\n{}",
+            "C after {} cycles, with the safeguard.\n\n{}",
             size.rest_cycles, rests[0].gradient, rests[1].gradient, rests[2].gradient,
             io::to_markdown(settled), size.long_cycles, io::to_markdown(rest_table, 7)),
         result, options);

@@ -1,5 +1,3 @@
-#include "engine/studies/views.h"
-
 #include <array>
 #include <fmt/format.h>
 
@@ -7,6 +5,8 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/imaging.h"
+#include "engine/studies/runs.h"
+#include "engine/studies/work.h"
 #include "render/panel/contact_sheet.h"
 
 namespace studies {
@@ -58,8 +58,8 @@ StudyResult run_views(const StudyOptions& options) {
     const int pixels = options.quick ? 64 : 512;
     std::vector<render::GrayImage> images;
     std::vector<std::string> labels;
-    io::Table table{"views", {"region", "view", "triangles", "tube_kV", "air_kerma_mGy"}, {}};
-    int done = 0;
+    io::Table table{"views", {"region", "view", "triangles", "tube_kV", "air_kerma_mGy"}};
+    Work work(options, static_cast<int>(regions().size()));
     for (const Region& region : regions()) {
         scenario::Scenario scenario;
         const anatomy::Anatomy anatomy =
@@ -77,11 +77,9 @@ StudyResult run_views(const StudyOptions& options) {
             images.push_back(imaging.fluoroscope.expose(arm, {}, exposure));
             labels.push_back(fmt::format("{}, {}", region.name, angles.name));
             const render::Technique technique = imaging.fluoroscope.technique(arm, exposure);
-            table.add({std::string(region.name), std::string(angles.name), triangles, technique.kvp,
-                       technique.air_kerma});
+            table.add({region.name, angles.name, triangles, technique.kvp, technique.air_kerma});
         }
-        ++done;
-        if (options.progress) options.progress({done, static_cast<int>(regions().size()), region.name});
+        work.tell(region.name);
     }
     StudyResult result;
     result.page = fmt::format(

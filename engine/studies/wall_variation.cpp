@@ -5,9 +5,10 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/quantile.h"
 #include "engine/studies/resolution.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -128,7 +129,7 @@ MeanAndRms over(const Rows& rows, int tube, int joint, std::size_t count) {
 }
 
 io::Table running_table(const std::vector<WallSetting>& both, const Rows& rows) {
-    io::Table table{"wall_variation_running", {"tube", "joint", "realisations", "mean_mm", "rms_mm"}, {}};
+    io::Table table{"wall_variation_running", {"tube", "joint", "realisations", "mean_mm", "rms_mm"}};
     const std::size_t step = std::max<std::size_t>(1, rows.size() / 500);
     for (int tube = 0; tube < tube_count; ++tube)
         for (const int joint : both[0].size.joints) {
@@ -139,8 +140,8 @@ io::Table running_table(const std::vector<WallSetting>& both, const Rows& rows) 
                 squares += d * d;
                 const double count = static_cast<double>(r + 1);
                 if (r % step == 0 || r + 1 == rows.size())
-                    table.add({both[static_cast<std::size_t>(tube)].name, static_cast<double>(joint), count,
-                               sum / count, std::sqrt(squares / count)});
+                    table.add({both[static_cast<std::size_t>(tube)].name, joint, count, sum / count,
+                               std::sqrt(squares / count)});
             }
         }
     return table;
@@ -154,7 +155,7 @@ io::Table density_table(const std::string& name, const std::string& unit, const 
         const double at = (value - from) / (to - from) * bins;
         if (at >= 0 && at < bins) ++counts[static_cast<std::size_t>(at)];
     }
-    io::Table table{name, {"middle" + unit, "density"}, {}};
+    io::Table table{name, {"middle" + unit, "density"}};
     const double width = (to - from) / bins;
     for (int b = 0; b < bins; ++b)
         table.add({from + (b + 0.5) * width, static_cast<double>(counts[static_cast<std::size_t>(b)]) /
@@ -193,11 +194,10 @@ Spread spread_of(const std::vector<double>& values, std::size_t per_realisation)
 void claim_walls(StudyResult& result, const WallVariationSizes& size, std::size_t realisations,
                  const Spread& k, bool quick) {
     FigureClaims eq(result, "Eq. 41");
-    eq.add(ClaimKind::Identity, "K is positive: least K/k", std::string("> 0"), k.least, k.least > 0,
-           "above 0", "Amplitudes of at most 2^−g k add up to less than k.");
-    eq.add(ClaimKind::Identity, "K is bounded: largest K/k", std::string("< 2"), k.largest, k.largest < 2,
-           "below 2");
-    eq.add(ClaimKind::Identity, "a tenth term would add less than 0.1 % of k [%]", std::string("< 0.1"),
+    eq.add(ClaimKind::Identity, "K is positive: least K/k", "> 0", k.least, k.least > 0, "above 0",
+           "Amplitudes of at most 2^−g k add up to less than k.");
+    eq.add(ClaimKind::Identity, "K is bounded: largest K/k", "< 2", k.largest, k.largest < 2, "below 2");
+    eq.add(ClaimKind::Identity, "a tenth term would add less than 0.1 % of k [%]", "< 0.1",
            100 * std::ldexp(1.0, -(physics::published_terms + 1)),
            100 * std::ldexp(1.0, -(physics::published_terms + 1)) < 0.1, "below 0.1");
     FigureClaims fig(result, "Fig. 15", fmt::format("{} realisations of the wall.", realisations));
@@ -224,7 +224,7 @@ void claim_wire(StudyResult& result, const WallSetting& s, int tube, const Rows&
     FigureClaims section(result, "Section 3.5");
     section.published(
         fmt::format("for each realisation the equilibrium is found: largest |gradient| over C, {}", s.name),
-        std::string("equilibrium"), largest_gradient, largest_gradient <= 1e-7, "at most 1e-7",
+        "equilibrium", largest_gradient, largest_gradient <= 1e-7, "at most 1e-7",
         "The relaxer stopped before rest.");
     double drift = 0;
     for (const int joint : s.size.joints) {
@@ -237,25 +237,21 @@ void claim_wire(StudyResult& result, const WallSetting& s, int tube, const Rows&
         .published(fmt::format("mean and rms reach stable values: largest change over the second half of the "
                                "realisations, of the rms, {}",
                                s.name),
-                   std::string("stable"), drift, drift < 0.05, "below 0.05",
-                   "Too few realisations for that.");
+                   "stable", drift, drift < 0.05, "below 0.05", "Too few realisations for that.");
     double inside = 0;
     for (const MeanAndRms& m : of_joint) inside += 2 * m.mean * m.mean < m.rms * m.rms;
     const double joints = static_cast<double>(of_joint.size());
     FigureClaims(
         result, "Fig. 17",
-        tube > 0
-            ? std::string()
-            : "That |mean| is smaller than the rms is so for any numbers; what can fail is that the wire in "
-              "a uniform wall lies within the range of the others, which the paper concludes.")
-        .published(
-            fmt::format(
-                "the reference lies inside the range of the variable wires: joints with |mean| below the "
-                "standard deviation, {} [%]",
-                s.name),
-            std::string("most"), 100 * inside / joints, inside > 0.5 * joints, "more than half",
-            "A wall that is softer in one place and harder in another moves the wire to one side on the "
-            "mean.");
+        tube > 0 ? std::string()
+                 : "That |mean| is smaller than the rms is so for any numbers; what can fail is that the "
+                   "wire in a uniform wall lies within the range of the others, which the paper concludes.")
+        .published(fmt::format("the reference lies inside the range of the variable wires: joints with "
+                               "|mean| below the standard deviation, {} [%]",
+                               s.name),
+                   "most", 100 * inside / joints, inside > 0.5 * joints, "more than half",
+                   "A wall that is softer in one place and harder in another moves the wire to one side on "
+                   "the mean.");
     const auto within =
         std::count_if(deviations.begin(), deviations.end(), [](double d) { return std::abs(d) <= 0.005; });
     const double part = 100 * static_cast<double>(within) / static_cast<double>(deviations.size());
@@ -265,19 +261,16 @@ void claim_wire(StudyResult& result, const WallSetting& s, int tube, const Rows&
         largest = std::max(largest, std::abs(d));
         sizes_of.push_back(std::abs(d));
     }
-    std::nth_element(sizes_of.begin(), sizes_of.begin() + static_cast<std::ptrdiff_t>(sizes_of.size() / 2),
-                     sizes_of.end());
     const std::string why = fmt::format(
         "Half of all |d| are above {:.4f} mm. Study paper-tubes tries further tubes: a wall as soft as the "
-        "traces of Section "
-        "3.3 imply does not have Fig. 13 and Fig. 18 at once, one ten times as stiff does.",
-        sizes_of[sizes_of.size() / 2]);
+        "traces of Section 3.3 imply does not have Fig. 13 and Fig. 18 at once, one ten times as stiff does.",
+        quantile(sizes_of, 0.5));
     FigureClaims fig(result, "Fig. 18");
     fig.published(fmt::format("d varies by about ±0.005 mm or less: part of all d within it, {} [%]", s.name),
-                  std::string("nearly all"), part, part >= 95, "at least 95 %", why);
+                  "nearly all", part, part >= 95, "at least 95 %", why);
     fig.published(
         fmt::format("an uneven wall is negligible for a simulator: largest |d| of all, {} [mm]", s.name),
-        std::string("negligible"), largest, largest < 0.1, "below 0.1 mm, a pixel", why);
+        "negligible", largest, largest < 0.1, "below 0.1 mm, a pixel", why);
 }
 
 std::string where(const WallSetting& s) {
@@ -291,16 +284,15 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
     constexpr const char* tube_colours[] = {"#D55E00", "#0072B2"};
     std::vector<io::Plot> plots;
     io::Plot profiles{"wall_variation_profiles", "", 900, 460};
-    profiles.commands =
-        grid +
-        "set xlabel 'piece of artery ω'\nset ylabel 'K/k'\nset yrange [0:2]\nset key outside "
-        "right top\nset object 1 rectangle from graph 0,first 0.5 to graph 1,first 1.5 behind fc rgb "
-        "'#f2f2f2' fs noborder\nplot ";
+    profiles.commands = grid +
+                        "set xlabel 'piece of artery ω'\nset ylabel 'K/k'\nset yrange [0:2]\nset key outside "
+                        "right top\nset object 1 rectangle from graph 0,first 0.5 to graph 1,first 1.5 "
+                        "behind fc rgb '#f2f2f2' fs noborder\nplot ";
     for (int r = 1; r <= examples; ++r)
-        profiles.commands += fmt::format(
-            "{}'wall_variation_profiles.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 1.5 "
-            "lc rgb '{}' title 'realisation {}'",
-            r > 1 ? ", \\\n     " : "", r, wall_variation_colours[r - 1], r);
+        profiles.curve(fmt::format(
+            "'wall_variation_profiles.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 1.5 lc rgb "
+            "'{}' title 'realisation {}'",
+            r, wall_variation_colours[r - 1], r));
     profiles.commands += "\n";
     profiles.caption =
         "The first of the random walls, stiffness along the artery (the paper's Fig. 14); shaded, ± 50 %: " +
@@ -312,14 +304,12 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
                          "set style fill solid 0.8 noborder\nset xlabel 'K/k'\nset ylabel 'density'\nset "
                          "xrange [0:2]\nset yrange [0:*]\n"
                          "set key top left Left reverse\nset arrow 1 from 0.5, graph 0 to 0.5, graph 0.7 "
-                         "nohead dt 2\nset arrow 2 from 1.5, "
-                         "graph 0 to 1.5, graph 0.7 nohead dt 2\nset label 1 'published: 96.6 % between' at "
-                         "1.98, graph 0.76 right\n"
+                         "nohead dt 2\nset arrow 2 from 1.5, graph 0 to 1.5, graph 0.7 nohead dt 2\nset "
+                         "label 1 'published: 96.6 % between' at 1.98, graph 0.76 right\n"
                          "plot 'wall_variation_stiffness.csv' skip 1 using 1:2 with boxes lc rgb '#56B4E9' "
                          "title 'measured', \\\n"
                          "     exp(-0.5*((x-1.0012)/0.236)**2)/(0.236*sqrt(2*pi)) with lines lw 2 lc rgb "
-                         "'black' title 'normal, published "
-                         "mean and deviation'\n";
+                         "'black' title 'normal, published mean and deviation'\n";
     stiffness.caption = fmt::format(
         "Density of the wall's stiffness in {} realisations (the paper's Fig. 15): G = {} terms, Ω = {}.",
         realisations, physics::published_terms, s.size.pieces_of_artery);
@@ -334,10 +324,9 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
             running.commands += fmt::format(
                 "set title '{2}, joint {0}'\nset xlabel '{1}'\n"
                 "plot 'wall_variation_running.csv' skip 1 using (strcol(1) eq '{2}' && $2 == {0} ? $3 : "
-                "1/0):(1000*$4) "
-                "with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using (strcol(1) eq "
-                "'{2}' && $2 "
-                "== {0} ? $3 : 1/0):(1000*$5) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
+                "1/0):(1000*$4) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
+                "(strcol(1) eq '{2}' && $2 == {0} ? $3 : 1/0):(1000*$5) with lines lw 1.5 lc rgb '#D55E00' "
+                "title 'rms'\n",
                 s.size.joints[k], k + 1 == s.size.joints.size() ? "realisations" : "", both[tube].name);
     running.commands += "unset multiplot\n";
     running.caption =
@@ -349,15 +338,12 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
     io::Plot joints{"wall_variation_joints", "", 1100, 460};
     joints.commands =
         grid +
-        "set multiplot layout 1,2\nset xlabel 'joint i'\nset ylabel 'deviation d_i [µm]'\nset key top "
-        "left\n";
+        "set multiplot layout 1,2\nset xlabel 'joint i'\nset ylabel 'deviation d_i [µm]'\nset key top left\n";
     for (std::size_t tube = 0; tube < both.size(); ++tube)
         joints.commands += fmt::format(
             "set title '{0}'\nplot 'wall_variation_joints.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : "
-            "1/0):(1000*$3) "
-            "with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using (strcol(1) eq '{0}' ? "
-            "$2 : "
-            "1/0):(1000*$4) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
+            "1/0):(1000*$3) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
+            "(strcol(1) eq '{0}' ? $2 : 1/0):(1000*$4) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
             both[tube].name);
     joints.commands += "unset multiplot\n";
     joints.caption = fmt::format(
@@ -367,23 +353,20 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
     plots.push_back(joints);
 
     io::Plot density{"wall_variation_deviation", "", 900, 480};
-    density.commands =
-        grid +
-        "set xlabel 'lateral deviation d [µm]'\nset ylabel 'density [1/µm]'\nset logscale y\nset format y "
-        "'10^{%L}'\nset yrange [1e-5:*]\nset key top right\nset object 1 rectangle from -5, graph 0 to 5, "
-        "graph 1 behind "
-        "fc rgb '#e3e3e3' fs noborder\nset label 1 'published: ± 5 µm or less' at 7, graph 0.94 left\nplot ";
+    density.commands = grid +
+                       "set xlabel 'lateral deviation d [µm]'\nset ylabel 'density [1/µm]'\nset logscale "
+                       "y\nset format y '10^{%L}'\nset yrange [1e-5:*]\nset key top right\nset object 1 "
+                       "rectangle from -5, graph 0 to 5, graph 1 behind fc rgb '#e3e3e3' fs noborder\nset "
+                       "label 1 'published: ± 5 µm or less' at 7, graph 0.94 left\nplot ";
     for (std::size_t tube = 0; tube < both.size(); ++tube)
-        density.commands += fmt::format(
-            "{}'wall_variation_deviation.csv' skip 1 using (strcol(1) eq '{}' && $3 > 0 ? 1000*$2 : "
-            "1/0):($3/1000) with "
-            "steps lw 2 lc rgb '{}' title '{}'",
-            tube > 0 ? ", \\\n     " : "", both[tube].name, tube_colours[tube], both[tube].name);
+        density.curve(fmt::format(
+            "'wall_variation_deviation.csv' skip 1 using (strcol(1) eq '{}' && $3 > 0 ? 1000*$2 : "
+            "1/0):($3/1000) with steps lw 2 lc rgb '{}' title '{}'",
+            both[tube].name, tube_colours[tube], both[tube].name));
     density.commands += "\n";
     density.caption = fmt::format(
         "Density of the lateral deviation of all joints in {} realisations (the paper's Fig. 18): the tube "
-        "that has Fig. "
-        "13's energies moves its wire further than published, a gently bent one less. {}.",
+        "that has Fig. 13's energies moves its wire further than published, a gently bent one less. {}.",
         realisations, where(s));
     plots.push_back(density);
     return plots;
@@ -394,7 +377,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     const WallSetting& s = both[like_fig_13];
     const auto realisations = static_cast<int>(rows.size());
     std::vector<double> stiffness;
-    io::Table profiles{"wall_variation_profiles", {"realisation", "piece", "stiffness_over_k"}, {}};
+    io::Table profiles{"wall_variation_profiles", {"realisation", "piece", "stiffness_over_k"}};
     for (int r = 0; r < realisations; ++r) {
         const auto samples = profile_samples(s, options.seed, r);
         stiffness.insert(stiffness.end(), samples.begin(), samples.end());
@@ -404,8 +387,8 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     StudyResult result;
     claim_walls(result, s.size, rows.size(),
                 spread_of(stiffness, static_cast<std::size_t>(s.size.pieces_of_artery)), options.quick);
-    io::Table joints{"wall_variation_joints", {"tube", "joint", "mean_mm", "rms_mm"}, {}},
-        density{"wall_variation_deviation", {"tube", "middle_deviation_mm", "density_per_mm"}, {}};
+    io::Table joints{"wall_variation_joints", {"tube", "joint", "mean_mm", "rms_mm"}},
+        density{"wall_variation_deviation", {"tube", "middle_deviation_mm", "density_per_mm"}};
     for (int tube = 0; tube < tube_count; ++tube) {
         const WallSetting& here = both[static_cast<std::size_t>(tube)];
         std::vector<double> deviations;
@@ -414,7 +397,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
         std::vector<MeanAndRms> of_joint;
         for (int i = 1; i <= s.size.segments; ++i) {
             of_joint.push_back(over(rows, tube, i, rows.size()));
-            joints.add({here.name, static_cast<double>(i), of_joint.back().mean, of_joint.back().rms});
+            joints.add({here.name, i, of_joint.back().mean, of_joint.back().rms});
         }
         claim_wire(result, here, tube, rows, of_joint, deviations);
         for (const auto& row : density_table("", "_mm", deviations, -density_reach, density_reach, 320).rows)
@@ -423,14 +406,13 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     result.plots = pictures(both, rows.size());
     result.page = claims_page(
         "wall-variation", "How far an uneven wall moves the wire",
-        fmt::format("Two tubes, {} realisations each, random numbers of seed {}, those of a realisation from "
-                    "its number "
-                    "alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
-                    "(gradient over C "
-                    "{:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- *{}*: {}; "
-                    "the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
-                    realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
-                    where(both[0]), published_piece, both[1].name, where(both[1])),
+        fmt::format(
+            "Two tubes, {} realisations each, random numbers of seed {}, those of a realisation from its "
+            "number alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
+            "(gradient over C {:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- "
+            "*{}*: {}; the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
+            realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
+            where(both[0]), published_piece, both[1].name, where(both[1])),
         result, options);
     result.tables = {std::move(profiles),
                      density_table("wall_variation_stiffness", "_stiffness_over_k", stiffness, 0, 2, 100),

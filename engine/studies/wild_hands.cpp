@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
-#include <random>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/import/lumen_import.h"

@@ -16,12 +16,13 @@ public:
     Work(const StudyOptions& options, int of) : options_(options), of_(of) {}
     /// Calls piece(0) … piece(count − 1), each once; a piece returns what it was.
     void run(int count, const std::function<std::string(int)>& piece) {
-        geometry::for_each_index(count, options_.threads, [&](int k) {
-            const std::string what = piece(k);
-            const std::lock_guard lock(telling_);
-            ++done_;
-            if (options_.progress) options_.progress({done_, of_, what});
-        });
+        geometry::for_each_index(count, options_.threads, [&](int k) { tell(piece(k)); });
+    }
+    /// To be called when so many pieces have been done elsewhere.
+    void tell(const std::string& what, int pieces = 1) {
+        const std::lock_guard lock(telling_);
+        done_ += pieces;
+        if (options_.progress) options_.progress({done_, of_, what});
     }
 
 private:

@@ -1,6 +1,5 @@
 #include "render/panel/canvas.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>

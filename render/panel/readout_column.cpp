@@ -1,7 +1,6 @@
 #include "render/panel/readout_column.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <numbers>
@@ -283,17 +282,10 @@ std::vector<std::string> wrapped(const Canvas& canvas, std::string_view text, Fa
 }
 
 Ink notice_ink(Notice notice) {
-    switch (notice) {
-        case Notice::Success:
-            return palette::good;
-        case Notice::Warning:
-            return palette::caution;
-        case Notice::Alarm:
-            return palette::alarm;
-        case Notice::Info:
-            break;
-    }
-    return palette::calm;
+    return notice == Notice::Success   ? palette::good
+           : notice == Notice::Warning ? palette::caution
+           : notice == Notice::Alarm   ? palette::alarm
+                                       : palette::calm;
 }
 
 void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {

@@ -6,8 +6,7 @@
 
 namespace render {
 
-constexpr float readout_column_width = 256.0f;   // [units of the canvas]
-constexpr float readout_column_height = 762.0f;  // at least; extra height goes to messages
+constexpr float readout_column_width = 256.0f;  // [units of the canvas]
 
 void draw_readouts(Canvas&, const Box&, const Readout&);
 

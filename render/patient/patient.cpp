@@ -12,7 +12,6 @@
 
 namespace render {
 
-using geometry::Polyline;
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
@@ -108,8 +107,7 @@ SkinSection section_of(const PatientSpec& spec, double chest_front, double z) {
     return at;
 }
 
-/// The body's surface from one height to another; under its fat if `share` of the fat is 1; deeper by
-/// `inset`. Thighs 175 mm thick below the perineum.
+/// The body from one height to another.
 struct Outline {
     const PatientSpec& spec;
     const Chest& chest;
@@ -211,25 +209,6 @@ TriangleMesh surface_of(const shape::Solid& solid, double cell) {
 }
 
 }  // namespace
-
-void add_tube(Bones& bones, const Polyline& path, const Vec3& u, const std::vector<double>& a,
-              const std::vector<double>& b, double wall, int around) {
-    append(bones.outer, tube(path, u, a, b, around));
-    std::vector<double> inner_a, inner_b;
-    for (double x : a) inner_a.push_back(std::max(x - wall, 0.25 * x));
-    for (double x : b) inner_b.push_back(std::max(x - wall, 0.25 * x));
-    // The core ends short of the lids.
-    Polyline inner = path;
-    inner.front() += std::min(wall / (path[1] - path[0]).norm(), 0.4) * (path[1] - path[0]);
-    inner.back() += std::min(wall / (path[path.size() - 2] - path.back()).norm(), 0.4) *
-                    (path[path.size() - 2] - path.back());
-    append(bones.core, tube(inner, u, inner_a, inner_b, around));
-}
-
-void add_ellipsoid(Bones& bones, const Vec3& centre, const Vec3& half_axes, double wall, int around) {
-    append(bones.outer, ellipsoid(centre, half_axes, around));
-    append(bones.core, ellipsoid(centre, half_axes - Vec3::Constant(wall), around));
-}
 
 void Bones::add(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place) {
     for (const auto& [from, to] : {std::pair{&surfaces.outer, &outer}, {&surfaces.core, &core}}) {

@@ -1,7 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"

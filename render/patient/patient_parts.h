@@ -52,12 +52,6 @@ void add_voids(Bones&, const shape::Compound&, int count, double largest, std::u
 /// A prism of three sides from one point to another.
 void add_strut(geometry::TriangleMesh&, const geometry::Vec3& from, const geometry::Vec3& to, double radius);
 
-/// A tube of bone whose shell is `wall` thick [mm]; other arguments as for `tube`.
-void add_tube(Bones&, const geometry::Polyline& path, const geometry::Vec3& u, const std::vector<double>& a,
-              const std::vector<double>& b, double wall = 1.4, int around = 20);
-void add_ellipsoid(Bones&, const geometry::Vec3& centre, const geometry::Vec3& half_axes, double wall,
-                   int around = 24);
-
 /// A piece that is drawn once for each side: `at` mirrors x for the right one.
 struct Side {
     double sign;  // +1 left, −1 right
@@ -73,8 +67,6 @@ double interpolated(const double (&rows)[N][2], double at) {
     const double t = std::clamp((at - rows[i - 1][0]) / (rows[i][0] - rows[i - 1][0]), 0.0, 1.0);
     return rows[i - 1][1] + t * (rows[i][1] - rows[i - 1][1]);
 }
-
-constexpr double sacrum_top = -60.0;  // top plate of S1 [mm]
 
 /// Adds the vertebrae whose middle lies between two heights, with the sacrum if these reach below L5.
 void add_spine(Bones&, const Chance&, double low, double high);

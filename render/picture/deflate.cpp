@@ -250,33 +250,14 @@ BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     return out;
 }
 
-/// Whether three equal bytes begin here.
-bool is_triple(const std::uint8_t* byte) {
-    return byte[0] == byte[1] && byte[0] == byte[2];
-}
-
-/// A code of up to three symbols.
-struct LongCode {
-    std::uint64_t bits = 0;
-    int length = 0;
-};
-
 /// Writes one block's bytes from `from`, cut into stretches.
-BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Stretch> stretches, bool last,
-                    bool triples) {
+BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Stretch> stretches, bool last) {
     // Four counts of each byte, so that equal consecutive bytes need not wait for each other.
     std::array<std::array<std::uint32_t, 256>, 4> of_byte{};
     std::array<std::uint32_t, literal_symbols> counts{};
     const std::uint8_t* byte = from;
     for (const Stretch& stretch : stretches) {
         const std::uint8_t* const end = byte + stretch.literals;
-        if (triples) {
-            for (int k = 0; end - byte >= 3; k = (k + 1) & 3) {
-                const bool three = is_triple(byte);
-                of_byte[k][*byte] += three ? 3 : 1;
-                byte += three ? 3 : 1;
-            }
-        }
         for (; end - byte >= 4; byte += 4)
             for (int k = 0; k < 4; ++k) ++of_byte[k][byte[k]];
         for (; byte < end; ++byte) ++of_byte[0][*byte];
@@ -291,25 +272,9 @@ BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Str
     assign_codes(codes);
     out = put_header(out, codes, last);
 
-    std::array<LongCode, 256> three;
-    for (int i = 0; triples && i < 256; ++i) {
-        const std::uint64_t bits = codes[i].bits;
-        const int length = codes[i].length;
-        three[i] = {bits | bits << length | bits << 2 * length, 3 * length};
-    }
     byte = from;
     for (const Stretch& stretch : stretches) {
         const std::uint8_t* const end = byte + stretch.literals;
-        while (triples && end - byte >= 3) {
-            if (is_triple(byte)) {
-                out.put(three[*byte].bits, three[*byte].length);
-                byte += 3;
-            } else {
-                out.put(codes[*byte]);
-                ++byte;
-            }
-            out.flush();
-        }
         for (; end - byte >= 4; byte += 4) {
             for (int k = 0; k < 4; ++k) out.put(codes[byte[k]]);
             out.flush();
@@ -331,7 +296,7 @@ BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Str
 
 }  // namespace
 
-void deflate_noise(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& to, bool triples) {
+void deflate_noise(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& to) {
     const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + block_size - 1) / block_size);
     const std::size_t most = bytes.size() * longest_code / 8 + blocks * (most_of_header + 4) + 16;
     // Kept from image to image: fresh memory would cost more than the compression of what is flat.
@@ -347,7 +312,7 @@ void deflate_noise(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t
     for (std::size_t block = 0; block < blocks; ++block) {
         const std::size_t from = block * block_size, end = std::min(from + block_size, bytes.size());
         find_runs(bytes.data(), from, end, stretches);
-        out = put_block(out, bytes.data() + from, stretches, block + 1 == blocks, triples);
+        out = put_block(out, bytes.data() + from, stretches, block + 1 == blocks);
     }
     std::uint8_t* const end = out.finish();
     to.insert(to.end(), packed.bytes.get(), end);

@@ -109,9 +109,8 @@ Bytes encode_image(const Image& image, const Kind& kind) {
         // Bits, colour; the only compression, the only filtering; no interlace.
         bytes.insert(bytes.end(), {static_cast<std::uint8_t>(kind.bits), type, 0, 0, 0});
     });
-    append_chunk(bytes, "IDAT", [&] {
-        deflate_noise(averaged(pixel_bytes(image), row, image.height, apart), bytes, kind.channels == 3);
-    });
+    append_chunk(bytes, "IDAT",
+                 [&] { deflate_noise(averaged(pixel_bytes(image), row, image.height, apart), bytes); });
     append_chunk(bytes, "IEND", [] {});
     return bytes;
 }

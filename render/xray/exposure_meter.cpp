@@ -1,7 +1,6 @@
 #include "render/xray/exposure_meter.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
-#include <stdexcept>
 #include <utility>
 
 #include "render/picture/fast_exp.h"

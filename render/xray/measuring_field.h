@@ -30,8 +30,6 @@ public:
     double mean(std::span<const float> signal) const;
     /// Of each pixel in the mean that a display shows in middle grey [-].
     Field weights() const;
-    /// How far the patient alone decides, 0 to 1 [-].
-    double patient_alone() const { return patient_alone_; }
 
 private:
     Field disc_, patient_;  // weights of the two means [-]

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
-#include <map>
 #include <span>
 #include <utility>
 #include <vector>

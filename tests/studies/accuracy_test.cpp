@@ -1,12 +1,11 @@
 /// The quick study of how exact a wire of segments is: second order with half cells, first by the paper's
 /// clamp.
 
-#include "engine/studies/accuracy.h"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 namespace {

@@ -1,9 +1,8 @@
 /// The quick study of friction and torsion: every closed form is met.
 
-#include "engine/studies/devices.h"
-
 #include <gtest/gtest.h>
 
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 TEST(DevicesStudy, MeetsItsClosedForms) {

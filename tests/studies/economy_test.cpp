@@ -1,11 +1,10 @@
 /// The quick study of what chosen and adaptive segments save.
 
-#include "engine/studies/economy.h"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 using io::Table;

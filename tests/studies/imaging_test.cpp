@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 namespace {

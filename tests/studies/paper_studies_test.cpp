@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "engine/io/files.h"
-#include "engine/studies/paper.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/shards.h"
 #include "tests/engine/fixtures.h"
 #include "tests/studies/quick_study.h"

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "engine/studies/pareto_tables.h"
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 using io::Table;

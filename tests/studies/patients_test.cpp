@@ -1,7 +1,5 @@
 /// The quick study of drawn patients, against the published populations.
 
-#include "engine/studies/patients.h"
-
 #include <gtest/gtest.h>
 
 #include "engine/anatomy/anatomy_check.h"
@@ -10,6 +8,7 @@
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/exercise/exercise.h"
+#include "engine/studies/runs.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"

@@ -1,13 +1,12 @@
 /// The quick study of random tubes and wild hands: nothing happens that should not, on any number of threads.
 
-#include "engine/studies/robustness.h"
-
 #include <algorithm>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "engine/scenario/scenario.h"
 #include "engine/studies/plain_wire.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/wild_hands.h"
 #include "tests/anatomies.h"
 #include "tests/studies/quick_study.h"

@@ -1,11 +1,10 @@
 /// The quick map: whole, the same on any number of threads, and with the outcomes that no change should lose.
 
-#include "engine/studies/stability.h"
-
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
 
+#include "engine/studies/runs.h"
 #include "tests/anatomies.h"
 #include "tests/studies/quick_study.h"
 

@@ -1,12 +1,11 @@
 /// The study of walls of triangles at its quick size: whole, and the same on any number of threads.
 
-#include "engine/studies/triangle_walls.h"
-
 #include <cmath>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "engine/io/table.h"
+#include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
 namespace test {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <numbers>
 
 #include "engine/anatomy/grow/vessel_tree.h"
@@ -117,10 +116,10 @@ BranchSpec dissect(SampledBranch& branch, const Dissection& dissection) {
     const double wide = *std::max_element(branch.radii.begin() + first, branch.radii.begin() + last + 1);
     const double ramp = 3 * wide;  // over which the two lumina part [mm]
     if (dissection.length < 2.5 * ramp) {
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "the dissection of '{}' is {:.4g} mm long; {:.0f} mm or more is accepted for a vessel with a "
             "radius of {:.1f} mm",
-            branch.name, dissection.length, 2.5 * ramp, wide));
+            branch.name, dissection.length, 2.5 * ramp, wide);
     }
     const double step = branch.step();
     const auto both = [&](int i) { return std::max(0.2, branch.radii[i] - dissection.flap / 2); };  // radii

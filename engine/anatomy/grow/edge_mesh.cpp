@@ -1,6 +1,5 @@
 #include "engine/anatomy/grow/edge_mesh.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cstdint>
 #include <unordered_map>

@@ -64,10 +64,10 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
 
 Anatomy cut_open(const VesselTreeSpec& spec, const VesselTree& tree, const ClosedLumen& closed) {
     if (euler_characteristic(closed.mesh) != 2 - 2 * tree.loops()) {
-        throw io::InputError(spec.name +
-                             ": the lumen has loops or hollows that its branches do not make, for vessels "
-                             "come too near each other beside a "
-                             "junction; vessels that part more widely are accepted");
+        throw io::InputError(
+            spec.name +
+            ": the lumen has loops or hollows that its branches do not make, for vessels come too near each "
+            "other beside a junction; vessels that part more widely are accepted");
     }
 
     Anatomy anatomy;

@@ -9,7 +9,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Polyline;
 using geometry::Vec3;
 
 constexpr double blend_width = 0.8;           // of the child's radius

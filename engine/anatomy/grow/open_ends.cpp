@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 #include <map>
-
-#include "engine/io/error.h"
 
 namespace anatomy {
 namespace {

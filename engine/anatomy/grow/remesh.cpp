@@ -1,7 +1,6 @@
 #include "engine/anatomy/grow/remesh.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "engine/anatomy/grow/edge_mesh.h"

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -173,21 +172,20 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
 
 /// The parts between colons; those from `first` on are numbers. There must be `least` to `most` parts in all.
 struct Parts {
-    std::vector<std::string> words;
+    std::vector<std::string_view> words;
     std::vector<double> numbers;
 };
 Parts split(const std::string& text, std::size_t least, std::size_t most, std::size_t first,
             std::size_t count, std::string_view option, std::string_view shape) {
-    Parts parts;
-    std::stringstream stream(text);
-    for (std::string word; std::getline(stream, word, ':');) parts.words.push_back(word);
+    Parts parts{io::split(text, ':'), {}};
+    if (parts.words.back().empty()) parts.words.pop_back();
     bool fine = parts.words.size() >= least && parts.words.size() <= most;
     for (std::size_t i = first; fine && i < std::min(first + count, parts.words.size()); ++i) {
         const std::optional<double> number = io::parse_number(parts.words[i]);
         fine = number && std::isfinite(*number);
         if (fine) parts.numbers.push_back(*number);
     }
-    if (!fine) throw io::InputError(fmt::format("{}: '{}' was found; {} is accepted", option, text, shape));
+    if (!fine) throw io::InputError("{}: '{}' was found; {} is accepted", option, text, shape);
     return parts;
 }
 
@@ -243,23 +241,23 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
 Sex parse_sex(const std::string& text) {
     if (text == "f") return Sex::Female;
     if (text == "m") return Sex::Male;
-    throw io::InputError(fmt::format("--sex: '{}' was found; f or m is accepted", text));
+    throw io::InputError("--sex: '{}' was found; f or m is accepted", text);
 }
 
 Stenosis parse_stenosis(const std::string& text) {
     const Parts p = split(text, 4, 4, 1, 3, "--stenosis", "BRANCH:AT:LENGTH:PERCENT");
-    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2]};
+    return {std::string(p.words[0]), p.numbers[0], p.numbers[1], p.numbers[2]};
 }
 
 Aneurysm parse_aneurysm(const std::string& text) {
     const Parts p = split(text, 4, 5, 1, 4, "--aneurysm", "BRANCH:AT:DIAMETER:NECK[:ANGLE]");
-    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2],
+    return {std::string(p.words[0]), p.numbers[0], p.numbers[1], p.numbers[2],
             p.numbers.size() > 3 ? p.numbers[3] * geometry::degree : 0};
 }
 
 Tortuosity parse_tortuosity(const std::string& text) {
     const Parts p = split(text, 2, 3, 0, 2, "--tortuosity", "AMPLITUDE:WAVELENGTH[:BRANCH]");
-    return {p.words.size() > 2 ? p.words[2] : std::string(), p.numbers[0], p.numbers[1]};
+    return {p.words.size() > 2 ? std::string(p.words[2]) : std::string(), p.numbers[0], p.numbers[1]};
 }
 
 }  // namespace anatomy

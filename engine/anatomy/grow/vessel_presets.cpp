@@ -1,7 +1,6 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 
 #include <array>
-#include <fmt/format.h>
 
 #include "engine/anatomy/grow/preset_builders.h"
 #include "engine/io/error.h"
@@ -73,8 +72,8 @@ DrawnVessels draw_vessels(std::string_view name, std::uint64_t seed, const Patie
             }
         }
     }
-    throw io::InputError(fmt::format("'{}' is not a preset{}; presets are: {}", name,
-                                     io::suggestion(name, names), io::joined(names)));
+    throw io::InputError("'{}' is not a preset{}; presets are: {}", name, io::suggestion(name, names),
+                         io::joined(names));
 }
 
 VesselTreeSpec vessel_preset(std::string_view name, std::uint64_t seed, const PatientWish& wish) {

@@ -172,8 +172,8 @@ void find_approach(const VesselTree& tree, SampledBranch& branch) {
 int place_on(const SampledBranch& branch, double at, const std::string& what) {
     const double length = branch.step() * static_cast<double>(branch.points.size() - 1);
     if (at >= 0 && at <= length) return branch.sample_at(at);
-    throw io::InputError(
-        fmt::format("{} is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name, length));
+    throw io::InputError("{} is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name,
+                         length);
 }
 
 SampledBranch& named(VesselTree& tree, const std::string& name) {
@@ -217,10 +217,9 @@ void refuse_branches_on(const VesselTree& tree, int branch, double from, double 
             const double at = sample * on.step();
             if (parent != branch || at < from || at > to) continue;
             throw io::InputError(
-                fmt::format("branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); a "
-                            "stretch without "
-                            "branches is accepted",
-                            other.name, on.name, at, what, from, to));
+                "branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); a stretch "
+                "without branches is accepted",
+                other.name, on.name, at, what, from, to);
         }
     }
 }

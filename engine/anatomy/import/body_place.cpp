@@ -55,8 +55,8 @@ Landmark landmark_of_part(const std::string& part) {
     if (part == "pelvis" || part == "abdomen") return Landmark::AorticBifurcation;
     if (part == "chest") return Landmark::AorticValve;
     if (part == "head") return Landmark::Sella;
-    throw io::InputError(fmt::format("--body: '{}' was found; pelvis, abdomen, chest or head is accepted",
-                                     part.substr(0, 40)));
+    throw io::InputError("--body: '{}' was found; pelvis, abdomen, chest or head is accepted",
+                         part.substr(0, 40));
 }
 
 std::string place_in_part(Anatomy& anatomy, const std::string& part, const std::optional<Vec3>& landmark) {

@@ -55,9 +55,9 @@ const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place)
     all.insert(all.end(), tips.begin(), tips.end());
     double least = std::numeric_limits<double>::infinity();
     for (const VesselTip& tip : all) least = std::min(least, (tip.apex - inlet).norm());
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "--inlet {}: the nearest end is {:.1f} mm away; a place at one of these is accepted [mm]: {}",
-        io::place_text(inlet), least, places_text(all)));
+        io::place_text(inlet), least, places_text(all));
 }
 
 struct TipChoice {
@@ -77,9 +77,9 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
     for (const Vec3& place : given.tips) {
         const VesselTip* tip = tip_near(tips, place);
         if (!tip) {
-            throw io::InputError(fmt::format(
+            throw io::InputError(
                 "--end {}: no blind tip is near; {}", io::place_text(place),
-                tips.empty() ? "the surface has none" : "one of these is accepted: " + places_text(tips)));
+                tips.empty() ? "the surface has none" : "one of these is accepted: " + places_text(tips));
         }
         want(*tip);
     }
@@ -141,11 +141,10 @@ bool open_missing_ends(RepairedLumen& lumen, const TracedLumen& traced, const Gi
                            opening.opened.size() == 1 ? " was" : "s were", places_text(opening.opened)));
     }
     if (lumen.ends.size() >= 2) return !opening.opened.empty();
-    throw io::InputError(fmt::format(
-        "{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut open across "
-        "the vessel",
+    throw io::InputError(
+        "{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut open across the vessel",
         lumen.ends.size(), lumen.ends.size() == 1 ? " was" : "s were",
-        lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid)));
+        lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid));
 }
 
 int chosen_inlet(const std::vector<MeshOpening>& ends, const GivenEnds& given,

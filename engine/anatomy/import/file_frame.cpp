@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <fmt/format.h>
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -21,9 +20,8 @@ Mat3 rotation(const std::string& text) {
     const auto axis = std::string_view("xyz").find(text.empty() ? ' ' : text[0]);
     if (axis == std::string_view::npos || !(std::abs(degrees) <= 360))
         throw io::InputError(
-            fmt::format("--rotate: '{}' was found; AXIS:DEG such as z:90 is accepted, x, y or z "
-                        "and -360 to 360",
-                        text.substr(0, 40)));
+            "--rotate: '{}' was found; AXIS:DEG such as z:90 is accepted, x, y or z and -360 to 360",
+            text.substr(0, 40));
     // Quarter turns are exact.
     const double quarters = degrees / 90;
     Mat3 turn =
@@ -36,10 +34,9 @@ Mat3 rotation(const std::string& text) {
 
 Mat3 to_patient(const FileFrame& frame) {
     if (!(frame.scale >= 1e-6 && frame.scale <= 1e6))
-        throw io::InputError(fmt::format("--scale: {} was found; 1e-6 to 1e6 is accepted", frame.scale));
+        throw io::InputError("--scale: {} was found; 1e-6 to 1e6 is accepted", frame.scale);
     if (frame.axes != "lps" && frame.axes != "ras")
-        throw io::InputError(
-            fmt::format("--axes: '{}' was found; lps or ras is accepted", frame.axes.substr(0, 40)));
+        throw io::InputError("--axes: '{}' was found; lps or ras is accepted", frame.axes.substr(0, 40));
     Mat3 matrix = frame.scale * Mat3::Identity();
     if (frame.axes == "ras") matrix = (Vec3(-1, -1, 1).asDiagonal() * matrix).eval();
     for (const std::string& text : frame.rotations) matrix = (rotation(text) * matrix).eval();

@@ -29,7 +29,7 @@ constexpr const char* accepted =
     "accepted";
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found) {
-    throw io::InputError(fmt::format("{}: {}; {}", where, found, accepted));
+    throw io::InputError("{}: {}; {}", where, found, accepted);
 }
 
 void append(GivenLine& line, const Vec3& point, std::optional<double> radius = {}) {
@@ -77,15 +77,13 @@ std::vector<GivenLine> from_csv(const std::string& text, const std::string& file
     for (int number = 2; std::getline(stream, row); ++number) {
         if (row.ends_with('\r')) row.pop_back();
         if (row.empty()) continue;
-        std::vector<std::string> cells;
-        std::istringstream parts(row);
-        for (std::string cell; std::getline(parts, cell, ',');) cells.push_back(cell);
+        std::vector<std::string_view> cells = io::split(row, ',');
+        if (cells.back().empty()) cells.pop_back();
         double values[4] = {};
         bool fine = cells.size() == (radii ? 5u : 4u);
         for (std::size_t k = 1; fine && k < cells.size(); ++k) {
-            const auto value = io::parse_number(cells[k]);
-            fine = value && std::isfinite(*value);
-            if (fine) values[k - 1] = *value;
+            values[k - 1] = io::parse_number(cells[k]).value_or(std::nan(""));
+            fine = std::isfinite(values[k - 1]);
         }
         if (!fine)
             refuse(fmt::format("{}:{}", file, number), fmt::format("'{}' was found", row.substr(0, 60)));

@@ -62,8 +62,8 @@ void check_scenario_file(const ImportRequest& request) {
     try {
         io::require_writable(request.scenario);
     } catch (const io::InputError& error) {
-        throw io::InputError(
-            fmt::format("--scenario {}; a file in a folder that can be written is accepted", error.what()));
+        throw io::InputError("--scenario {}; a file in a folder that can be written is accepted",
+                             error.what());
     }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <numeric>
 
 #include "engine/anatomy/import/end_choice.h"
@@ -110,8 +109,7 @@ private:
             std::vector<GivenLine> lines = load_centrelines(file, unit_in_mm(options_.unit));
             warned(
                 "the centrelines are {} line{} of {}, recentred; radii are measured on the mesh, whose "
-                "median "
-                "edge is {:.2f} of the radius",
+                "median edge is {:.2f} of the radius",
                 lines.size(), lines.size() == 1 ? "" : "s", file.filename().string(), figures_.edge_ratio);
             for (GivenLine& line : lines) {
                 transform(matrix, line.points);
@@ -208,10 +206,10 @@ private:
         double length = geometry::length_of(only.points);
         for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
         if (length >= least_slenderness * width) return;
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen at least {} "
             "times as long as wide is accepted",
-            length, width, least_slenderness));
+            length, width, least_slenderness);
     }
 
     /// Closes the ends that no wire can reach and drops them.
@@ -220,11 +218,10 @@ private:
         const Pruning pruning = prune_thin(traced, least);
         if (pruning.lines.empty()) return;
         if (lumen.ends.size() - pruning.closed.size() < 2) {
-            throw io::InputError(fmt::format(
+            throw io::InputError(
                 "smallest radius: vessels thinner than {:.3f} mm, the thinnest wire's, leave no way from one "
-                "end to "
-                "another [mm]: {}; a lumen that a wire can pass is accepted",
-                least, io::joined(pruning.lines)));
+                "end to another [mm]: {}; a lumen that a wire can pass is accepted",
+                least, io::joined(pruning.lines));
         }
         std::vector<geometry::BoundaryLoop> loops;
         std::vector<int> place(lumen.ends.size(), -1);
@@ -244,9 +241,8 @@ private:
         for (int& end : traced.end_of_branch)
             if (end >= 0) end = place[end];
         warned(
-            "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they "
-            "stay in the "
-            "surface [mm]: {}",
+            "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they stay "
+            "in the surface [mm]: {}",
             pruning.length, least, io::joined(pruning.lines));
     }
 
@@ -257,13 +253,12 @@ private:
                   branches = static_cast<int>(traced.branches.size());
         const bool lumpy = traced.spurs > most_spurs && traced.spurs > most_bulges * branches;
         if (tips <= most_tips && !lumpy) return;
-        throw io::InputError(fmt::format(
+        throw io::InputError(
             "{} tips and {} bulges shorter than two radii were found on {} branches, such as at {}: this is "
             "not a tree of tubes, or too coarse for one; up to {} tips and {} bulges a branch are accepted, "
-            "or "
-            "centrelines beside the mesh (--centrelines)",
+            "or centrelines beside the mesh (--centrelines)",
             tips, traced.spurs, branches, tips == 0 ? "its middle" : io::place_text(traced.tips.back().apex),
-            most_tips, most_bulges));
+            most_tips, most_bulges);
     }
 
     void check_tracing(const TracedLumen& traced, const std::vector<MeshOpening>& ends, int inlet) {
@@ -272,9 +267,9 @@ private:
         for (const int e : traced.unreached) lost.push_back(io::place_text(ends[e].loop.centroid));
         if (!lost.empty()) {
             throw io::InputError(
-                fmt::format("no way through the lumen leads from the inlet at {} to the end at {}; a "
-                            "lumen in one piece is accepted",
-                            io::place_text(ends[inlet].loop.centroid), io::joined(lost)));
+                "no way through the lumen leads from the inlet at {} to the end at {}; a lumen in one piece "
+                "is accepted",
+                io::place_text(ends[inlet].loop.centroid), io::joined(lost));
         }
         if (traced.branches.empty())
             throw io::InputError("no vessel was found inside the surface; a lumen is accepted");
@@ -374,9 +369,9 @@ ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOption
     for (const Vec3& v : mesh.vertices)
         if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate))
             throw io::InputError(
-                fmt::format("{}: a corner at ({:g}, {:g}, {:g}) mm was found; coordinates up to {:g} mm "
-                            "are accepted: is the unit right?",
-                            path.string(), v.x(), v.y(), v.z(), largest_coordinate));
+                "{}: a corner at ({:g}, {:g}, {:g}) mm was found; coordinates up to {:g} mm are accepted: is "
+                "the unit right?",
+                path.string(), v.x(), v.y(), v.z(), largest_coordinate);
     try {
         return import_lumen(mesh, path.stem().string(), options);
     } catch (const io::InputError& error) {

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <map>
 #include <numeric>
-#include <unordered_map>
 #include <utility>
 
 #include "engine/anatomy/anatomy_check.h"
@@ -54,9 +53,8 @@ public:
         drop_fins();
         drop_islands();
         if (mesh_.triangles.size() < 4) {
-            throw io::InputError(
-                fmt::format("{} triangle{} found; the closed or tubular surface of a lumen is accepted",
-                            mesh_.triangles.size(), mesh_.triangles.size() == 1 ? " was" : "s were"));
+            throw io::InputError("{} triangle{} found; the closed or tubular surface of a lumen is accepted",
+                                 mesh_.triangles.size(), mesh_.triangles.size() == 1 ? " was" : "s were");
         }
         orient();
         fill_holes();
@@ -236,11 +234,11 @@ private:
         const double share = 100 * (1 - kept / whole);
         const std::string where = io::place_text(centroid(mesh_, mesh_.triangles[next]));
         if (areas.at(next) > 0.25 * whole) {
-            throw io::InputError(fmt::format(
-                "the surface is in pieces apart, one of them {:.2g} % of it, at {}: two vessels, or "
-                "the inside and the outside of a wall; one lumen, with specks of up to 25 % beside "
-                "it, is accepted",
-                100 * areas.at(next) / whole, where));
+            throw io::InputError(
+                "the surface is in pieces apart, one of them {:.2g} % of it, at {}: two vessels, or the "
+                "inside and the outside of a wall; one lumen, with specks of up to 25 % beside it, is "
+                "accepted",
+                100 * areas.at(next) / whole, where);
         }
         note(share > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
              fmt::format(
@@ -268,10 +266,9 @@ private:
                 if (turned[u] < 0) turned[u] = wanted, open.push_back(u);
                 if (turned[u] == wanted) continue;
                 throw io::InputError(
-                    fmt::format("the surface has no inside: at {} it meets its own back, as a Möbius band "
-                                "does; a surface "
-                                "with two sides is accepted",
-                                io::place_text(centroid(mesh_, mesh_.triangles[t]))));
+                    "the surface has no inside: at {} it meets its own back, as a Möbius band does; a "
+                    "surface with two sides is accepted",
+                    io::place_text(centroid(mesh_, mesh_.triangles[t])));
             }
         }
         for (int t = 0; t < total; ++t)
@@ -306,9 +303,9 @@ private:
         const geometry::Topology left = geometry::topology(mesh_);
         if (left.non_manifold_edges > 0)
             throw io::InputError(
-                fmt::format("{} edges are still shared by three triangles after mending; a surface "
-                            "without them is accepted: repair the mesh in a mesh editor",
-                            left.non_manifold_edges));
+                "{} edges are still shared by three triangles after mending; a surface without them is "
+                "accepted: repair the mesh in a mesh editor",
+                left.non_manifold_edges);
     }
 
     /// Takes off the flat caps that close vessels. What was filled as a hole is no cap.

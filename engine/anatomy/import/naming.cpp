@@ -1,7 +1,6 @@
 #include "engine/anatomy/import/naming.h"
 
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
 #include <limits>
 #include <set>
@@ -103,19 +102,16 @@ std::vector<std::string> names_of_ends(const Anatomy& anatomy, std::span<const N
             std::vector<std::string> there;
             for (const VesselEnd& each : anatomy.ends) there.push_back(io::place_text(each.opening.centre));
             throw io::InputError(
-                fmt::format("--name {}: {} is {:.3g} mm from the nearest end; up to {:.3g} mm is accepted, "
-                            "ends are at {}",
-                            place.name, io::place_text(place.at), distance(nearest),
-                            farthest_end * end.radius, io::joined(there)));
+                "--name {}: {} is {:.3g} mm from the nearest end; up to {:.3g} mm is accepted, ends are at "
+                "{}",
+                place.name, io::place_text(place.at), distance(nearest), farthest_end * end.radius,
+                io::joined(there));
         }
         if (!names[nearest].empty())
-            throw io::InputError(
-                fmt::format("--name: '{}' and '{}' both name the end at {}; one name an end is "
-                            "accepted",
-                            names[nearest], place.name, io::place_text(end.centre)));
+            throw io::InputError("--name: '{}' and '{}' both name the end at {}; one name an end is accepted",
+                                 names[nearest], place.name, io::place_text(end.centre));
         if (std::find(names.begin(), names.end(), place.name) != names.end())
-            throw io::InputError(
-                fmt::format("--name: '{}' names two ends; names that differ are accepted", place.name));
+            throw io::InputError("--name: '{}' names two ends; names that differ are accepted", place.name);
         names[nearest] = place.name;
     }
     return names;
@@ -143,17 +139,17 @@ NamedPlace parse_named_place(const std::string& text) {
                       std::all_of(place.name.begin(), place.name.end(), may_stand_in_a_name);
     if (!fine)
         throw io::InputError(
-            fmt::format("--name {}: a name of 1 to {} bytes without control characters, quotes "
-                        "and backslashes is accepted before '='",
-                        sign == 0 ? "=" : "", longest_name));
+            "--name {}: a name of 1 to {} bytes without control characters, quotes and backslashes is "
+            "accepted before '='",
+            sign == 0 ? "=" : "", longest_name);
     std::string_view rest = std::string_view(text).substr(sign == std::string::npos ? text.size() : sign + 1);
     for (int k = 0; k < 3; ++k) {
         const std::size_t comma = k < 2 ? rest.find(',') : rest.size();
         const auto value =
             comma == std::string_view::npos ? std::nullopt : io::parse_number(rest.substr(0, comma));
         if (!value || !std::isfinite(*value))
-            throw io::InputError(fmt::format("--name {}: '{}' was found; NAME=X,Y,Z in mm is accepted",
-                                             place.name, text.substr(0, 80)));
+            throw io::InputError("--name {}: '{}' was found; NAME=X,Y,Z in mm is accepted", place.name,
+                                 text.substr(0, 80));
         place.at[k] = *value;
         rest.remove_prefix(std::min(comma + 1, rest.size()));
     }

@@ -1,7 +1,6 @@
 #include "engine/studies/rivals/rival.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace rivals {
