@@ -270,7 +270,12 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     }
     // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
     const double length = (tree.closest_point(c.station, x) - x).norm();
-    for (double t = spacing; t < length; t += spacing) {
+    // The band lies no farther from the centreline than lumens that are not round and the coarsest bricks
+    // reach.
+    const double brick = SplineGrid::brick_side * spacing * (1 << (SheetField::level_count - 1));
+    const double reach = 2 * station.radius + outer + std::numbers::sqrt3 * brick;
+    const double from = std::max(1.0, std::floor((length - reach) / spacing)) * spacing;
+    for (double t = from; t < length; t += spacing) {
         if (!continued(sheet, x, c.station, t, field)) continue;
         if (field.value <= 0) break;
         c.penetration = field.value + joint;
