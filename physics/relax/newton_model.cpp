@@ -13,6 +13,10 @@
 namespace physics {
 namespace {
 
+/// Of its stretch that a slipping grip keeps along it in a trial, for its model to be good there: along
+/// itself the potential has no curvature, so that any share serves that tells slipping on from turning back.
+constexpr double slips_on = 0.5;
+
 /// Turn about the tangent `to` of a frame against the one that a smallest rotation from `from` makes of it.
 double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& now) {
     const double k = 1 + from.dot(to);
@@ -108,11 +112,12 @@ void NewtonModel::take_trial_grips(const Chain& wire) {
         if (!s.touches) planes_[j] = {};
         const Vec3 from = grip.stretch(wire.joints[j]), to = grip.stretch(trial_.joints[j]);
         const double a = from.norm(), b = to.norm();
-        if ((a <= slip_length && b <= slip_length) || (a > slip_length && from.dot(to) > 0.5 * a * a)) {
+        if ((a <= slip_length && b <= slip_length) || (a > slip_length && from.dot(to) > slips_on * a * a)) {
             add_grip(grip, wire.joints[j], s);
             continue;
         }
         const double weight = grip.force / std::max(slip_length, b);
+        assert(weight > 0 || !std::isfinite(b));
         if (!s.touches) s.touches = true, s.force.setZero(), s.stiffness.setZero();
         s.force += weight * from;
         s.stiffness += weight * (Mat3::Identity() - grip.normal * grip.normal.transpose());

@@ -150,7 +150,7 @@ TEST(Chain, ASegmentSplitWhereDevicesAreBentAtRestKeepsTheEnergy) {
     for (const double share : {0.5, 0.7}) {
         Chain split = chain;
         split_segment(split, grows, share);
-        // A joint that stayed straight would store ½C·rest², 0.4 N·mm.
+        // A joint that stays straight adds 0.07 N·mm.
         EXPECT_NEAR(bending_energy(split), whole, 0.02) << share << " of " << whole;
         EXPECT_LT((split.tip() - chain.tip()).norm(), 0.05);
     }
