@@ -26,6 +26,9 @@ constexpr double tolerance_of_planes = 1e-3;
 /// Updates a segment before frame 0: a wire put in along the centreline is far from rest.
 constexpr int updates_at_start = 200;
 constexpr int budgets_at_start = 100;  // of those, at most; sheaths that nearly fill their vessel take 30
+/// A part of a motion begins where this times the usual work of one is left, which 19 of 20 do not exceed.
+constexpr double probable_work = 3;
+constexpr double parts_in_mean = 8;
 /// A wire that goes through an open end passes within this many of its radii.
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
@@ -134,7 +137,7 @@ void Simulation::make_relaxers() {
 /// One that was there before passes on the turns of its hubs.
 void Simulation::lay(const geometry::Polyline& path, const physics::Chain* before) {
     make_relaxers();
-    deepest_crossing_ = 0;
+    deepest_crossing_ = usual_work_ = part_work_ = 0;
     StepReport ignored;
     physics::Chain laid = chain_of(scenario_, devices_, path, before);
     if (hub_) {
@@ -330,9 +333,12 @@ int Simulation::updates_left(const StepReport& report) const {
     return std::max(scenario_.budget.updates - report.relax.updates, 0);
 }
 
-/// Whether the frame has updates left to begin something with; one that has done nothing always has.
+/// Whether the frame has updates left to begin something with, and probably to end it; one that has done
+/// nothing always has.
 bool Simulation::may_begin(const StepReport& report) const {
-    return report.relax.updates == 0 || updates_left(report) >= physics::Hub::least_updates(moving_);
+    const double probable = std::min(probable_work * usual_work_, 0.5 * scenario_.budget.updates);
+    return report.relax.updates == 0 ||
+           updates_left(report) >= std::max<double>(physics::Hub::least_updates(moving_), probable);
 }
 
 void Simulation::move_hub(StepReport& report) {
@@ -392,6 +398,9 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
 /// Takes what was made off the motion that it is part of; what was refused is not asked for again.
 void Simulation::account(const physics::HubReport& made, StepReport& report) {
     accumulate(report.relax, made.relax);
+    part_work_ += made.relax.updates;
+    if (made.outcome != physics::HubReport::Outcome::Working && part_work_ > 0)
+        usual_work_ += (std::exchange(part_work_, 0) - usual_work_) / parts_in_mean;
     report.buckled = report.buckled || made.buckled;
     if (made.outcome == physics::HubReport::Outcome::Refused) {
         waiting_.front() = {};
@@ -539,8 +548,8 @@ void Simulation::relax(int updates, StepReport& report) {
 void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
-    s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, *contrast_, console_, frames_,
-      iodine_, tip_at_start_, exchanged_name_, breathing_);
+    s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
+      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

@@ -225,6 +225,8 @@ private:
     std::vector<Motion> waiting_;
     double deepest_crossing_ = 0;  // of the wire shown [mm]
     int rounds_of_mending_ = 0;    // since the last motion
+    double usual_work_ = 0;        // of a motion's part, a mean of the last ones [updates]
+    int part_work_ = 0;            // of the part under way [updates]
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
     int frames_ = 0;  // since the start or the last reset

@@ -23,7 +23,7 @@ struct TrustOptions {
     double unbounded = 1e9;
 
     /// A μ that must be positive is at least least_share · μ₀.
-    double least_share = 1e-6;
+    double least_share = 1e-5;
     /// A step is given up where μ > most_share · μ₀: no joint then moves by what its place is rounded by.
     double most_share = 1e30;
     /// μ < forgotten_share · μ₀ becomes 0 after a step that was taken.

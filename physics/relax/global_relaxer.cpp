@@ -142,6 +142,15 @@ bool GlobalRelaxer::predict_motion(Chain& wire, HubMotion& motion, int most_upda
 }
 
 RelaxReport GlobalRelaxer::relax(Chain& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
+    return search(wire, budget.updates, observer, [this](Search& s) { return find_equilibrium(s); });
+}
+
+RelaxReport GlobalRelaxer::recall(Chain& wire) {
+    return search(wire, 2 * wire.segments(), {}, [this](Search& s) { return find_rest(s); });
+}
+
+template <class Find>
+RelaxReport GlobalRelaxer::search(Chain& wire, int most_updates, const UpdateObserver& observer, Find find) {
     rebuild_joints(wire);
     const Unchanged same = unchanged(wire);
     assert(wire.segments() >= 1 && spent_ >= 0);
@@ -151,8 +160,8 @@ RelaxReport GlobalRelaxer::relax(Chain& wire, const RelaxBudget& budget, const U
         return nothing_to_do(report.updates);
     take_up_frames(wire, same.segments);
     const long long asked_before = contacts_.queries();
-    Search search{wire, observer, report, take_up(wire, same, std::max(0, budget.updates))};
-    const Termination end = find_equilibrium(search);
+    Search search{wire, observer, report, take_up(wire, same, std::max(0, most_updates))};
+    const Termination end = find(search);
     report.wall_queries += contacts_.queries() - asked_before;
     finish(wire, end, report);
     return report;
@@ -230,11 +239,15 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
     }
     predicted_ = 0;
     search.task.tolerance = tolerance_;
-    search.task.certifies = true;
-    if (at_rest(end)) end = find_rest(search);
-    whole_wire();
-    while (grips && at_rest(end) && next_round() && lag_.update(wire, contacts_.contacts()))
+    search.task.certifies = !grips;
+    while (at_rest(end)) {
+        const int steps = search.report.newton_steps;
         end = find_rest(search);
+        whole_wire();
+        if (!grips || !at_rest(end)) break;
+        if (search.task.certifies && search.report.newton_steps == steps) break;
+        search.task.certifies = !(next_round() && lag_.update(wire, contacts_.contacts()));
+    }
     return end;
 }
 

@@ -30,6 +30,10 @@ public:
     /// steps of many calls are those of one with the sum of their budgets, but for a few passes.
     RelaxReport relax(Chain&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
+    /// Takes a wire back to where it was at rest before: as relax(), but with its grips' forces held, which may
+    /// have been left where no others agree (LaggedForces::update).
+    RelaxReport recall(Chain&);
+
     /// Moves a wire at rest and lets it come to rest again; where it can, it starts from predict(). `motion`
     /// becomes what was made. A feed is at most λ.
     RelaxReport move(Chain&, HubMotion& motion, const RelaxBudget&);
@@ -67,6 +71,8 @@ private:
     RelaxReport nothing_to_do(int updates) const;
     void take_up_frames(const Chain&, int unchanged_segments);
     DescentTask take_up(Chain&, const Unchanged&, int most_updates);
+    template <class Find>
+    RelaxReport search(Chain&, int most_updates, const UpdateObserver&, Find);
     Termination find_equilibrium(Search&);
     Termination find_rest(Search&);
     void finish(Chain&, Termination, RelaxReport&);

@@ -191,7 +191,7 @@ HubReport Hub::finish(Chain& wire, int updates, HubReport report) {
         }
         wire = rest_;
         made_ = {};
-        report.relax.add(relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
+        report.relax.add(relaxer_.recall(wire));
         if (++halvings_ > halvings) {
             working_ = false;
             refuses_ = true;

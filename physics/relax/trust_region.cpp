@@ -24,7 +24,7 @@ void TrustRegion::too_far(double reach, bool first_trial, bool corrected) {
     assert(!(reach <= 1));
     const TrustOptions& o = options_;
     went_too_far_ = mu_;
-    if (fell_short_ > 0) {
+    if (fell_short_ > mu_) {
         mu_ = bisected();
         return;
     }

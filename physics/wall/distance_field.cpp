@@ -52,12 +52,17 @@ struct Sleeve {
     Vec3 out = Vec3::Zero();                // the end's normal
     double kept = 0, slope = 1, curve = 0;  // of `past` in the field's grid, and its derivatives
 
-    Sleeve(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> seen, double margin,
-           double spacing) {
+    /// `nearest` is the place of the centreline that the joint belongs to.
+    Sleeve(const Vec3& x, const Vec3& nearest, std::span<const OpenEnd> ends, std::span<const int> seen,
+           double margin, double spacing) {
         for (const int e : seen) {
             const Vec3 d = x - ends[e].centre;
             const double t = d.dot(ends[e].outward_normal), reach = 2 * (ends[e].radius + t) + margin;
-            if (t <= past || (d - t * ends[e].outward_normal).squaredNorm() > reach * reach) continue;
+            if (t <= past) continue;
+            // A vessel may run on beside the end; not where the end is what is nearest.
+            const bool beside = (d - t * ends[e].outward_normal).squaredNorm() > reach * reach;
+            if (beside && (nearest - ends[e].centre).squaredNorm() > ends[e].radius * ends[e].radius)
+                continue;
             past = t;
             out = ends[e].outward_normal;
         }
@@ -216,7 +221,8 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         asked.held ? tree.locate_within(x, asked.station, sheets.sheet_of) : tree.locate(x, asked.station);
     c.held = asked.held && asked.station >= 0 && sheets.sheet_of[c.station] == sheets.sheet_of[asked.station];
     c.stiffness = stiffness.mean();
-    const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
+    const Sleeve sleeve(x, tree.stations()[c.station].centre, tree.ends(), sheets.ends[c.station], outer,
+                        spacing);
     if (sleeve.gone()) {
         c.room = tree.stations()[c.station].radius - wire_radius - c.thickness;
         c.penetration = -1e-3;

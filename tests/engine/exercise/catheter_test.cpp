@@ -45,6 +45,24 @@ StepReport play(Exercise& exercise, const Commands& commands) {
     return report;
 }
 
+TEST(Catheter, APartThatWouldNotEndInItsFrameWaitsForTheNextOne) {
+    // A hand that is always ahead of what a frame's work can do.
+    scenario::Scenario scenario = with_catheter("inserted_mm = 20.0\n");
+    scenario.wire().device.friction = 0.1;
+    scenario.budget.updates = 2500;
+    Simulation simulation(scenario);
+    int settling = 0, waiting = 0;
+    for (int frame = 0; frame < 100; ++frame) {
+        simulation.apply(script::Advance{20, frame % 3 == 0 ? Held::Wire : Held::Catheter});
+        if (frame % 10 == 9) simulation.apply(script::Withdraw{60, Held::All});
+        const StepReport report = simulation.step();
+        settling += report.settling;
+        waiting += report.waiting_insertion != 0;
+    }
+    EXPECT_GT(waiting, 50);
+    EXPECT_LT(settling, waiting / 8);
+}
+
 TEST(Catheter, EachDeviceMovesByItsOwnCommands) {
     Exercise exercise(with_catheter(), false);
     const Simulation& simulation = exercise.simulation();

@@ -205,6 +205,31 @@ TEST(Friction, WithoutItTheGripsAreNoneAndTheWireIsAsBefore) {
 }
 
 /// Whatever is split, merged and fed, each joint has a grip, and anchors stay on the wire's path.
+TEST(Friction, ARecalledWireKeepsTheForcesThatItWasLeftWith) {
+    // Round a bend; forces that no round has brought up to date stand for those that agree with no others.
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
+    Gripped at(wall, wall.centreline(), thread(scene.rigidity, 0.2), 60);
+    GlobalOptions once;
+    once.lag.most_rounds = 0;
+    GlobalRelaxer left({}, wall, once);
+    HubMotion motion{0.5, 0};
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(left.move(at.wire, motion, {enough, 0, 0}).at_rest());
+    Chain recalled = at.wire, relaxed = at.wire;
+    ASSERT_TRUE(GlobalRelaxer({}, wall).relax(relaxed, {enough, 0, 0}).at_rest());
+    const RelaxReport report = GlobalRelaxer({}, wall).recall(recalled);
+    EXPECT_TRUE(report.at_rest());
+    EXPECT_LE(report.updates, 2 * recalled.segments());
+    double moved = 0, changed = 0;
+    for (std::size_t j = 0; j < recalled.joints.size(); ++j) {
+        EXPECT_EQ(recalled.grips[j].force, at.wire.grips[j].force) << j;
+        moved = std::max(moved, (recalled.joints[j] - at.wire.joints[j]).norm());
+        changed = std::max(changed, std::abs(relaxed.grips[j].force - at.wire.grips[j].force));
+    }
+    EXPECT_LT(moved, 1e-6);
+    EXPECT_GT(changed, 1e-4);  // relax() brings them up to date
+}
+
 TEST(Friction, AnchorsGoWithTheMaterial) {
     const Polyline line = {{0, 0, 0}, {400, 0, 0}};
     for (unsigned seed = 0; seed < 300; ++seed) {

@@ -69,6 +69,19 @@ TEST(TrustRegion, LooksBetweenTooSoftAndTooStiff) {
     EXPECT_LE(tries, 5);
 }
 
+TEST(TrustRegion, GrowsWhereEveryTrialIsTooShortOrTooFar) {
+    // A step too short that its corrected wall sends too far: no μ between them is left to try.
+    TrustRegion trust = region(1);
+    trust.too_far(100, false, false);
+    for (int k = 0; k < 3; ++k) {
+        while (trust.too_short(0.001)) {
+        }
+        const double mu = trust.mu();
+        trust.too_far(8, false, true);
+        EXPECT_GT(trust.mu(), mu) << k;
+    }
+}
+
 TEST(TrustRegion, AStepThatFirstWentTooFarSaysWhatTheNextOneNeeds) {
     // The whole step reaches ten caps, and all fit from 2.25 on: the secant aims at 1/(0.1 + 0.4 μ) = 0.8.
     TrustRegion trust = region(0);

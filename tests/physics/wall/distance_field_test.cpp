@@ -312,6 +312,21 @@ TEST(DistanceField, HasNoStepAtAnOpenEnd) {
         }
 }
 
+TEST(DistanceField, HasNoStepBesideTheWayOutOfAnEnd) {
+    constexpr double step = 0.02;
+    for (const OpenEnd& end : test::iliac_renal().openings())
+        for (const double out : {1.0, 4.0, 8.0, 9.5})
+            for (const double angle : {0.3, 2.4, 4.5}) {
+                WallContact before = ask(iliac_field(), past(end, out, 0.5, angle));
+                for (double r = 0.5; r < 6; r += step / end.radius) {
+                    const WallContact c = ask(iliac_field(), past(end, out, r, angle), before.station);
+                    EXPECT_LT(std::max(0.0, c.penetration) - std::max(0.0, before.penetration), 10 * step)
+                        << end.name << ", " << out << " mm past it, " << r << " radii beside it";
+                    before = c;
+                }
+            }
+}
+
 TEST(DistanceField, FeelsTheWallUpToTheOpenEnd) {
     const DistanceField& field = bend_field();
     for (double before : {0.02, 0.1, 0.3, 0.6})
