@@ -1,6 +1,7 @@
 #include "physics/relax/contact_set.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace physics {
 namespace {
@@ -36,12 +37,14 @@ void ContactSet::update(const Chain& wire) {
 }
 
 void ContactSet::refit(const Chain& wire) {
+    assert(wire.thickness.size() == wire.joints.size());
     thickness_ = wire.thickness;
     shares_.resize(wire.joints.size());
     for (int i = 1; i <= wire.segments(); ++i) shares_[i] = wire.wall_share(i);
 }
 
 void CarriedLoad::weigh(const Chain& wire) {
+    assert(wire.load.allFinite());
     load_ = wire.load;
     carried_.clear();
     if (load_.isZero(0)) return;
@@ -50,6 +53,7 @@ void CarriedLoad::weigh(const Chain& wire) {
 }
 
 double CarriedLoad::energy(std::span<const Vec3> joints, int first, int last) const {
+    assert(first >= 1 && (none() || carried_.size() == joints.size() + 1));
     if (none()) return 0;
     Vec3 moved = Vec3::Zero();
     const int end = std::min(last + 1, static_cast<int>(joints.size()) - 1);
@@ -64,6 +68,7 @@ void ContactSet::begin() {
 }
 
 void ContactSet::add(int joint, const Vec3& x, int station) {
+    assert(joint >= 1 && joint < static_cast<int>(contacts_.size()) && x.allFinite());
     index_.push_back(joint);
     at_.push_back(x);
     WallContact& answer = answer_.emplace_back();
@@ -73,12 +78,14 @@ void ContactSet::add(int joint, const Vec3& x, int station) {
 }
 
 void ContactSet::ask() {
+    assert(at_.size() == answer_.size() && index_.size() == answer_.size());
     wall_.contacts(at_, answer_);
     for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].share_stiffness(shares_[index_[k]]);
     queries_ += static_cast<long long>(at_.size());
 }
 
 double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
+    assert(first >= 1 && last < static_cast<int>(contacts_.size()));
     begin();
     for (int i = first; i <= last; ++i)
         if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
@@ -90,6 +97,7 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
 }
 
 Held ContactSet::hold() {
+    assert(std::is_sorted(held_.begin(), held_.end()) && index_.size() == answer_.size());
     Held sum;
     for (std::size_t k = 0; k < index_.size(); ++k) {
         const int joint = index_[k];
@@ -123,6 +131,7 @@ Held ContactSet::hold() {
 }
 
 void ContactSet::commit() {
+    assert(std::is_sorted(index_.begin(), index_.end()) && asked_at_.size() == contacts_.size());
     for (std::size_t k = 0; k < index_.size(); ++k) {
         contacts_[index_[k]] = answer_[k];
         asked_at_[index_[k]] = at_[k];
@@ -133,6 +142,7 @@ void ContactSet::commit() {
 
 /// The touching joints proximal of `first` are as they were.
 void ContactSet::list_touching(int first) {
+    assert(first >= 1 && std::is_sorted(touching_.begin(), touching_.end()));
     touching_.erase(std::lower_bound(touching_.begin(), touching_.end(), first), touching_.end());
     for (int i = first; i < static_cast<int>(contacts_.size()); ++i)
         if (contacts_[i].touches()) touching_.push_back(i);
@@ -151,6 +161,7 @@ void ContactSet::sum_pushes() const {
 }
 
 WallContact ContactSet::asked_from(int station, int joint, const Vec3& x) {
+    assert(joint >= 1 && joint < static_cast<int>(shares_.size()));
     WallContact c;
     c.station = station;
     c.thickness = thickness_[joint];
@@ -161,6 +172,7 @@ WallContact ContactSet::asked_from(int station, int joint, const Vec3& x) {
 }
 
 bool ContactSet::rejoin_vessel(const Chain& wire, int joint, int neighbour) {
+    assert(std::abs(joint - neighbour) == 1 && contacts_.size() == wire.joints.size());
     WallContact& own = contacts_[joint];
     const Vec3& x = wire.joints[joint];
     if (wall_.same_vessel(own.station, contacts_[neighbour].station)) return false;
@@ -179,6 +191,7 @@ bool ContactSet::rejoin_vessel(const Chain& wire, int joint, int neighbour) {
 }
 
 int ContactSet::rejoin_vessels(const Chain& wire) {
+    assert(contacts_.size() == wire.joints.size());
     const int count = static_cast<int>(contacts_.size());
     int first = count;
     for (int i = 2; i < count; ++i)
@@ -191,6 +204,7 @@ int ContactSet::rejoin_vessels(const Chain& wire) {
 }
 
 double ContactSet::energy(std::span<const Vec3> joints, int first, int last) const {
+    assert(joints.size() == contacts_.size() && first >= 1);
     double energy = 0;
     for (auto k = std::lower_bound(touching_.begin(), touching_.end(), first);
          k != touching_.end() && *k <= last; ++k)
@@ -203,6 +217,7 @@ void ContactSet::start_sweep(Chain& wire, int) {
 }
 
 double ContactSet::move(Chain& wire, std::span<const TailStep> steps, int last) {
+    assert(!steps.empty() && last <= wire.segments());
     first_moved_ = steps.front().joint;
     unmoved_.assign(wire.joints.begin() + first_moved_, wire.joints.begin() + last + 1);
     Vec3 shift = Vec3::Zero();
@@ -215,6 +230,7 @@ double ContactSet::move(Chain& wire, std::span<const TailStep> steps, int last) 
 }
 
 void ContactSet::undo(Chain& wire) const {
+    assert(first_moved_ + unmoved_.size() <= wire.joints.size());
     std::copy(unmoved_.begin(), unmoved_.end(), wire.joints.begin() + first_moved_);
 }
 

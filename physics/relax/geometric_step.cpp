@@ -4,6 +4,7 @@
 #include <Eigen/Householder>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace physics {
@@ -25,6 +26,7 @@ Basis basis_of(const Vec3& u) {
 
 /// The minimum of g·α + ½ α·H·α, H made positive definite by a shift where it is not.
 Turns newton(Matrix h, const Turns& g) {
+    assert(h.rows() == g.size() && h.cols() == g.size());
     const double scale = std::max(h.diagonal().cwiseAbs().maxCoeff(), 1e-300);
     Eigen::LLT<Matrix> cholesky(h);
     for (double shift = 1e-3 * scale; cholesky.info() != Eigen::Success && shift < 1e6 * scale; shift *= 4) {
@@ -37,6 +39,7 @@ Turns newton(Matrix h, const Turns& g) {
 /// Turns that keep the closure to first order: the columns of Q after the third, where closureᵀ = QR, by
 /// reflections. Eigen's own class takes four times as long to compile.
 Matrix kept_turns(const Closure& closure) {
+    assert(closure.cols() > 3);
     const Eigen::Index turns = closure.cols();
     Eigen::Matrix<double, Eigen::Dynamic, 3, 0, turns_of_a_piece, 3> r = closure.transpose();
     Vec3 tau;
@@ -102,6 +105,7 @@ GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, c
 }
 
 std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, double limit) const {
+    assert(share > 0 && limit > 0);
     if (!finite_ || !(largest_ > 0)) return std::nullopt;
     share = std::min(share, 0.9 * limit / largest_);  // closing turns a little more
     Tangents v = start_;
@@ -115,6 +119,7 @@ std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, doubl
 
 /// The least turns that bring the piece back to its end, by Newton.
 std::optional<GeometricStep::Tangents> GeometricStep::closed_by_turning(Tangents v) const {
+    assert(closed_ && count_ >= 2);
     double size = 0;
     Vec3 chord = Vec3::Zero();
     for (int m = 0; m < count_; ++m) chord += lengths_[m] * start_[m], size += lengths_[m];

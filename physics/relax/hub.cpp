@@ -43,11 +43,13 @@ double Hub::passes_on(const Chain& wire, int device) const {
 }
 
 double Hub::energy_of(const Chain& wire) const {
+    assert(relaxer_.contacts().size() == wire.joints.size());
     return total_energy(wire, relaxer_.contacts()).total();
 }
 
 /// Whether a wire can rest there after this motion from the last rest.
 bool Hub::can_be(const RelaxReport& report) const {
+    assert(loads_.size() == rest_loads_.size() || settling_);
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest() || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
@@ -93,6 +95,7 @@ void Hub::find_loads(const Chain& wire, const RelaxReport& report) {
 }
 
 HubReport Hub::settle(Chain& wire, int updates) {
+    assert(validate(wire).empty());
     if (!relaxer_.knows(wire)) refuses_ = false;
     working_ = settling_ = true;
     pending_ = false;
@@ -103,6 +106,7 @@ HubReport Hub::settle(Chain& wire, int updates) {
 }
 
 HubReport Hub::move(Chain& wire, const HubMotion& motion, int updates) {
+    assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
     const double lambda = wire.grid.segment_length;
     asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn),
               motion.device};

@@ -19,6 +19,7 @@ constexpr double slips_on = 0.5;
 
 /// Turn about the tangent `to` of a frame against the one that a smallest rotation from `from` makes of it.
 double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& now) {
+    assert(std::abs(from.squaredNorm() - 1) < 1e-9 && std::abs(to.squaredNorm() - 1) < 1e-9);
     const double k = 1 + from.dot(to);
     Vec3 carried = before;
     if (k > 1e-9) carried -= carried.dot(to) / k * (from + to);
@@ -28,6 +29,7 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
 }  // namespace
 
 void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
+    assert(foreseen >= 0 && contacts.contacts().size() == wire.joints.size());
     const std::size_t n = wire.segments();
     gains_.resize(n);
     trial_.turns.resize(n + 1);
@@ -47,6 +49,7 @@ void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int fores
 }
 
 RiccatiReport NewtonModel::linearise(const Chain& wire, const ContactSet& contacts, int first, double mu) {
+    assert(first >= 1 && first <= wire.segments() && mu >= 0);
     if (wire.bent_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
     RiccatiReport report = assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot,
@@ -58,6 +61,7 @@ RiccatiReport NewtonModel::linearise(const Chain& wire, const ContactSet& contac
 }
 
 RiccatiReport NewtonModel::certify(const Chain& wire, const ContactSet& contacts) {
+    assert(stages() == wire.segments());
     take_contacts(wire, contacts, 1, false);
     const int window = terms_.first;
     terms_.first = 1;
@@ -82,6 +86,7 @@ void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, i
 }
 
 void NewtonModel::take_grips(const Chain& wire, int first) {
+    assert(first >= 1 && planes_.size() == wire.joints.size());
     for (std::size_t j = first; j < wire.grips.size(); ++j) {
         if (!wire.grips[j].holds()) continue;
         if (!terms_.stages[j - 1].touches) planes_[j] = {};
@@ -90,6 +95,8 @@ void NewtonModel::take_grips(const Chain& wire, int first) {
 }
 
 void NewtonModel::take_trial_contacts(const Chain& wire, const ContactSet& contacts) {
+    assert(contacts.asked().size() == contacts.answers().size() &&
+           trial_.joints.size() == wire.joints.size());
     foresee_forces(wire);
     for (RiccatiStage& s : terms_.window()) s.touches = false;
     for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
@@ -127,6 +134,7 @@ void NewtonModel::take_trial_grips(const Chain& wire) {
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
 /// joint.
 void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& moved, double force) {
+    assert(joint >= terms_.first && joint <= stages());
     RiccatiStage& s = terms_.stages[joint - 1];
     ContactPlane& p = planes_[joint];
     p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};
@@ -136,6 +144,7 @@ void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& move
 }
 
 void NewtonModel::solve(const Chain& wire, double mu) {
+    assert(mu >= 0 && stages() == wire.segments());
     answers_ = false;
     set_axial_forces(wire);
     RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, window_gains(),
@@ -205,6 +214,7 @@ void NewtonModel::turn_devices(Chain& wire) const {
 }
 
 void NewtonModel::set_axial_forces(const Chain& wire) {
+    assert(stages() == wire.segments());
     const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
     Vec3 force = Vec3::Zero();
     for (int j = wire.segments(); j >= terms_.first; --j) {
@@ -217,6 +227,7 @@ void NewtonModel::set_axial_forces(const Chain& wire) {
 }
 
 void NewtonModel::answer(const Chain& wire, std::span<const FedStage> fed, double mu) {
+    assert(answers_ && mu >= 0);
     answers_ = mu == 0;
     solve_base(wire,
                riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, gains_,
@@ -324,6 +335,7 @@ double NewtonModel::largest_turn() const {
 }
 
 double NewtonModel::evaluate(Chain& wire, ContactSet& contacts) {
+    assert(trial_.joints.size() == wire.joints.size());
     const int first = terms_.first, n = wire.segments();
     double energy = contacts.evaluate(trial_.joints, first);
     if (!terms_.frames.each) energy += grip_energy(wire.grips, trial_.joints, first);
@@ -358,6 +370,7 @@ double NewtonModel::evaluate(Chain& wire, ContactSet& contacts) {
 
 /// Sets the rolls; the directors are those of the trial state.
 double NewtonModel::trial_grip_energy(const Chain& wire) {
+    assert(settled_.size() == directors.size());
     if (wire.grips.empty()) return 0;
     double energy = 0, place = 0;
     for (int j = 1; j <= wire.segments(); ++j) {
@@ -374,6 +387,7 @@ double NewtonModel::trial_grip_energy(const Chain& wire) {
 }
 
 void NewtonModel::foresee_forces(const Chain& wire) {
+    assert(planes_.size() == wire.joints.size());
     for (int j = terms_.first; j <= wire.segments(); ++j) {
         ContactPlane& p = planes_[j];
         if (!terms_.stages[j - 1].touches) {
@@ -386,6 +400,7 @@ void NewtonModel::foresee_forces(const Chain& wire) {
 }
 
 void NewtonModel::take(Chain& wire) {
+    assert(trial_.joints.size() == wire.joints.size());
     const int first = terms_.first;
     turn_devices(wire);
     for (Device& device : wire.devices) device.roll = std::remainder(device.roll, 2 * M_PI);
@@ -401,16 +416,19 @@ void NewtonModel::take(Chain& wire) {
 }
 
 void NewtonModel::turn_one(int stage, const Vec2& by) {
+    assert(stage >= 0 && stage < stages());
     unwind(0);
     gains_[stage].step = by;
 }
 
 void NewtonModel::twist_one(int stage, int frame, double by) {
+    assert(stage >= 0 && stage < stages() && frame >= 0 && frame < terms_.frames.count);
     unwind(0);
     frame_gains_[stage * terms_.frames.count + frame].step = by;
 }
 
 void NewtonModel::unwind(double by) {
+    assert(std::isfinite(by));
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (FrameGain& gain : frame_gains_) gain.step = 0;
     for (int f = 0; f < most_devices; ++f) trial_.turns_at_base[f] = by * base_way_[f];

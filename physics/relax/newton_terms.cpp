@@ -89,6 +89,7 @@ template <int F>
 
 /// Adds the couplings of joint `joint`, the last of those that are left.
 void add_couplings(const Chain& chain, int joint, std::size_t& left, NewtonTerms& terms) {
+    assert(left <= chain.couplings.size());
     const int count = terms.frames.count;
     for (; left > 0 && chain.couplings[left - 1].joint == joint; --left) {
         const Coupling& c = chain.couplings[left - 1];
@@ -107,6 +108,7 @@ constexpr double same_force = 1e-9;  // of a contact's own: within this the mode
 /// Makes the twist of a segment by itself, of the frames that do, and what its joint's grip holds of it.
 /// `place` is that of its joint from the introducer [mm].
 void set_twists(const Chain& chain, int j, double place, NewtonTerms& terms) {
+    assert(j >= 1 && j <= chain.segments() && terms.frames.each);
     for (int f = 0; f < terms.frames.count; ++f) {
         const Device& device = chain.devices[terms.frames.device[f]];
         if (!device.twists_by_segments()) continue;
@@ -250,6 +252,7 @@ RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts
 
 /// What the introducer holds, from sums over the whole wire or over the window alone.
 void hold(const Chain& chain, const DistalSums& sums, NewtonTerms& terms) {
+    assert(sums.length >= 0);
     double carried = sums.length;
     // Half of the first segment's load is borne by the introducer itself.
     if (!chain.load.isZero(0) && chain.grid.end_cells == EndCells::Half) carried += chain.length_of(0);
@@ -270,6 +273,7 @@ Frames::Frames(const Chain& chain) {
 }
 
 Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
+    assert(grip.holds());
     const Vec3 drag = grip.push(joint);
     if (stage.touches) {
         stage.force += drag;
@@ -361,6 +365,7 @@ void update_slopes(const Chain& chain, std::span<const WallContact> contacts,
 }
 
 void sum_proximal(const Chain& chain, std::span<const WallContact> contacts, NewtonTerms& terms) {
+    assert(contacts.size() == chain.joints.size() && terms.first >= 1);
     const bool loaded = !chain.load.isZero(0), gripped = !chain.grips.empty();
     DistalSums sums = terms.base;
     double largest = 0, place = 0;

@@ -88,6 +88,7 @@ Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMo
 
 /// The narrowest lumen's radius [mm].
 double Predictor::narrowest() const {
+    assert(contacts_.contacts().size() == wire_.joints.size());
     double cap = options_.trust.unbounded;
     for (const WallContact& c : contacts_.contacts())
         if (c.room > 0) cap = std::min(cap, c.room);
@@ -129,6 +130,7 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
 
 /// Makes the part's plan. False where the chain has first to be made whole, or the window is too short.
 bool Predictor::possible(Part& part) const {
+    assert(part.share > 0 && part.share <= 1);
     part.plan = {};
     if (asked_.feed == 0) return true;
     part.plan = plan_feed(wire_, asked_.device, part.share * asked_.feed);
@@ -151,6 +153,7 @@ void Predictor::prepare(Part& part) {
 }
 
 void Predictor::take_back() {
+    assert(wire_.segments() == rest_.segments());
     wire_ = rest_;
     contacts_.refit(wire_);
     if (first_ == 1 && wire_.bent_segments() > 0) at_.restore_frames(wire_, 1);  // trials have moved them
@@ -159,6 +162,7 @@ void Predictor::take_back() {
 /// Whether the answer of the chain that was fed and turned is one that the model is good for; it is then the
 /// model's trial state.
 bool Predictor::answers(const Part& part) {
+    assert(wire_.segments() == rest_.segments());
     const PredictionOptions& o = options_.prediction;
     const double start = at_.energy + part.put_in;
     wire_.joints = rest_.joints;  // from which the model counts moves, those by the feed among them

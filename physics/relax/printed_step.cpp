@@ -1,5 +1,6 @@
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "physics/relax/segment_step.h"
@@ -25,6 +26,7 @@ struct PrintedSystem {
 
 /// Eq. 33 at v and σ: δv_1 … δv_M, then δσ_1 … δσ_M, against −F of Eqs. 28 and 34.
 void set_up(const SegmentProblem& p, const SegmentSolution& at, PrintedSystem& s) {
+    assert(p.count >= 1 && p.count <= most_varied_segments);
     const int M = p.count;
     s.a.setZero(4 * M, 4 * M);
     s.b.resize(4 * M);
@@ -47,6 +49,7 @@ void set_up(const SegmentProblem& p, const SegmentSolution& at, PrintedSystem& s
 }  // namespace
 
 SegmentSolution printed_step(const SegmentProblem& p, int most_iterations) {
+    assert(most_iterations >= 1);
     SegmentSolution at;
     for (int m = 0; m < p.count; ++m) {
         at.multiplier[m] = p.pull[m].norm();

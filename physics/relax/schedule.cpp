@@ -1,10 +1,12 @@
 #include "physics/relax/schedule.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace physics {
 
 int CycleWalk::next(int first, int last) {
+    assert(first >= 1 && last >= first);
     const int count = last - first + 1;
     if (at_ >= count) {  // the sweep is over, or the wire became shorter
         sweep_ = sweep_ + 1 < count ? sweep_ + 1 : 0;
@@ -15,6 +17,7 @@ int CycleWalk::next(int first, int last) {
 }
 
 Schedule::Turn Schedule::next(int segments, const RelaxBudget& budget) {
+    assert(segments >= 1 && budget.distal_share >= 0);
     const int window = std::min(segments, budget.distal_segments);
     if (window > 0 && window < segments) {
         owed_ += budget.distal_share;

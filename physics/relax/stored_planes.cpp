@@ -1,6 +1,7 @@
 #include "physics/relax/stored_planes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -28,6 +29,7 @@ void StoredPlanes::reset(const Chain& wire) {
 }
 
 void StoredPlanes::ask(const Chain& wire, int first) {
+    assert(first >= 1 && wire.stations.size() == wire.joints.size());
     const bool anew = contacts_.size() != wire.joints.size();
     if (anew) {
         contacts_.assign(wire.joints.size(), {});
@@ -61,6 +63,7 @@ void StoredPlanes::ask(const Chain& wire, int first) {
 }
 
 double StoredPlanes::reach() const {
+    assert(!contacts_.empty());
     double room = std::numeric_limits<double>::max();
     for (const WallContact& c : contacts_)
         if (c.room > 0) room = std::min(room, c.room);
@@ -68,6 +71,7 @@ double StoredPlanes::reach() const {
 }
 
 void StoredPlanes::list(const Chain& wire, int first) {
+    assert(first >= 1 && contacts_.size() == wire.joints.size());
     const int n = wire.segments();
     const auto from = std::lower_bound(planes_.begin(), planes_.end(), first,
                                        [](const Plane& p, int joint) { return p.joint < joint; });
@@ -86,6 +90,7 @@ void StoredPlanes::list(const Chain& wire, int first) {
 }
 
 StoredPlanes::Plane StoredPlanes::plane_of(const Chain& wire, int joint) const {
+    assert(joint >= 1 && joint <= wire.segments());
     const WallContact& c = contacts_[joint];
     Plane p;
     p.joint = joint;
@@ -115,6 +120,7 @@ void StoredPlanes::start_sweep(Chain& wire, int first) {
 }
 
 void StoredPlanes::settle(Chain& wire, int segment) {
+    assert(segment >= 1 && segment <= wire.segments());
     if (segment < front_) {
         settle_all(wire);
         travelled_ += farthest_;
@@ -142,6 +148,7 @@ void StoredPlanes::settle(Chain& wire, int segment) {
 }
 
 void StoredPlanes::settle_all(Chain& wire) {
+    assert(waiting_.size() == wire.joints.size() + 1);
     const int n = wire.segments();
     farthest_ = std::max(farthest_, tail_.norm() + waiting_length_);
     for (; front_ <= n; ++front_) {
@@ -161,12 +168,14 @@ const Chain& StoredPlanes::settled(const Chain& wire) {
 }
 
 double StoredPlanes::energy(const Chain&, int first, int) const {
+    assert(first >= listed_from_);
     double energy = 0;
     for (std::size_t k = first_plane_[first]; k < planes_.size(); ++k) energy += planes_[k].energy();
     return energy;
 }
 
 double StoredPlanes::move(Chain&, std::span<const TailStep> steps, int) {
+    assert(!steps.empty() && steps.front().joint >= listed_from_);
     steps_.assign(steps.begin(), steps.end());
     trial_.assign(planes_.begin() + first_plane_[steps.front().joint], planes_.end());
     double energy = 0;
@@ -184,6 +193,7 @@ double StoredPlanes::move(Chain&, std::span<const TailStep> steps, int) {
 }
 
 void StoredPlanes::commit() {
+    assert(trial_.size() <= planes_.size());
     const int first = static_cast<int>(planes_.size() - trial_.size());
     std::copy(trial_.begin(), trial_.end(), planes_.begin() + first);
     for (const TailStep& step : steps_) {
@@ -196,6 +206,7 @@ void StoredPlanes::commit() {
 }
 
 void StoredPlanes::sum_up(int first_plane) {
+    assert(first_plane >= 0 && first_plane <= static_cast<int>(planes_.size()));
     sums_.resize(planes_.size() + 1);
     PushSum sum;
     sums_.back() = sum;
@@ -219,6 +230,7 @@ int StoredPlanes::touching() const {
 }
 
 PushSum StoredPlanes::sum_from(int joint) const {
+    assert(joint >= listed_from_ && sums_.size() == planes_.size() + 1);
     PushSum sum = sums_[first_plane_[joint]];
     sum.force -= load_.from(joint);
     return sum;

@@ -7,10 +7,12 @@
 namespace physics {
 
 void TrustRegion::set_unit(double unit) {
+    assert(unit > 0);
     unit_ = unit;
 }
 
 void TrustRegion::set(double mu) {
+    assert(mu >= 0);
     mu_ = mu;
 }
 
@@ -56,6 +58,7 @@ bool TrustRegion::too_short(double reach) {
 }
 
 double TrustRegion::bisected() {
+    assert(fell_short_ > 0);
     if (++bisections_ >= options_.most_bisections) return fell_short_;
     return std::sqrt(std::max(went_too_far_, options_.lowest_share * fell_short_) * fell_short_);
 }

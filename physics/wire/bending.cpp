@@ -9,6 +9,7 @@ namespace {
 
 /// dκ/du of a joint: how its cosine changes with a turn of its own segment, the director carried along.
 Vec3 cosine_slope(const Vec3& u, const Vec3& next, const RestBend& rest) {
+    assert(std::abs(u.squaredNorm() - 1) < 1e-9);
     if (rest.straight()) return next;
     return rest.cosine * next - rest.sine * u.dot(next) * rest.way;
 }
@@ -16,6 +17,7 @@ Vec3 cosine_slope(const Vec3& u, const Vec3& next, const RestBend& rest) {
 /// Calls use(C, rest bend) for all devices that are straight at the joint, as one, and for each that bends.
 template <class Use>
 void each_rest(const Chain& chain, const std::vector<Vec3>& d, int joint, const Use& use) {
+    assert(joint >= 0 && joint < chain.segments());
     if (chain.straight(joint)) return use(chain.spring_constant(joint), RestBend{});
     const double length = chain.length_of(joint);
     double straight = chain.rigidity[joint];
@@ -31,6 +33,7 @@ void each_rest(const Chain& chain, const std::vector<Vec3>& d, int joint, const 
 
 /// dU/dφ of one rest bend at a joint.
 double twist_slope(const Chain& chain, int joint, double c, const RestBend& rest) {
+    assert(c > 0 && joint < chain.segments());
     const Vec3 &u = chain.tangents[joint], &next = chain.tangents[joint + 1];
     const double kappa = rest_direction(u, rest).dot(next);
     return -c / 6 * (7 - kappa) * rest.sine * u.cross(rest.way).dot(next);
@@ -43,6 +46,7 @@ Vec3 holonomy(const Vec3& from, const Vec3& to) {
 
 /// Adds the torques on one device's frame, [i] those at segments from i on.
 void add_torque(const Chain& chain, const std::vector<Vec3>& d, int which, std::vector<double>& torque) {
+    assert(torque.size() > chain.joints.size() && d.size() == chain.joints.size());
     const Device& device = chain.devices[which];
     const int n = chain.segments();
     double sum = 0, place = chain.inserted_length();
@@ -67,6 +71,7 @@ void add_torque(const Chain& chain, const std::vector<Vec3>& d, int which, std::
 }  // namespace
 
 double joint_energy(double c, const Vec3& rest, const Vec3& next) {
+    assert(c >= 0);
     const double d = 0.5 * (rest - next).squaredNorm();  // 1 − κ
     return c / 12 * d * (12 + d);
 }
@@ -83,6 +88,7 @@ double joint_energy(const Chain& chain, const std::vector<Vec3>& d, int joint) {
 }
 
 CouplingTerms coupling_terms(const Chain& chain, const Coupling& c) {
+    assert(c.inner < c.outer && c.outer < static_cast<int>(chain.devices.size()));
     const double turn = chain.devices[c.outer].angle_at(c.joint) - chain.devices[c.inner].angle_at(c.joint);
     const double cosine = std::cos(turn), sine = std::sin(turn);
     const double energy = c.along * cosine + c.aside * sine;
@@ -90,6 +96,7 @@ CouplingTerms coupling_terms(const Chain& chain, const Coupling& c) {
 }
 
 double coupling_energy(const Chain& chain, int first) {
+    assert(first >= 0);
     double energy = 0;
     for (const Coupling& c : chain.couplings)
         if (c.joint >= first) energy += coupling_terms(chain, c).energy;
@@ -134,6 +141,7 @@ BendingTerms bending_terms(const Chain& chain, const std::vector<Vec3>& d, const
 }
 
 Mat3 neighbour_curvature(const Chain& chain, int joint) {
+    assert(joint >= 0 && joint < chain.segments());
     const Vec3 &u = chain.tangents[joint], &next = chain.tangents[joint + 1];
     return chain.spring_constant(joint) / 6 * ((u.dot(next) - 7) * Mat3::Identity() + next * u.transpose());
 }

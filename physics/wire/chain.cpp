@@ -45,6 +45,7 @@ public:
 
     /// The piece from `from` as far as `to` at most; both grow from call to call.
     const Piece& next(double from, double to) {
+        assert(to >= from && devices_.size() <= most_devices);
         while (at_ < ends_.size() && ends_[at_] <= from) ++at_;
         piece_.from = from;
         piece_.to = at_ < ends_.size() ? std::min(to, ends_[at_]) : to;
@@ -106,6 +107,7 @@ struct Cell {
         for (auto& row : product) row.fill(Vec2::Zero());
     }
     void add(const Piece& piece, double weight, std::size_t devices) {
+        assert(weight >= 0 && piece.whole > 0 && devices <= most_devices);
         length += weight;
         give += weight / piece.whole;
         for (std::size_t k = 0; k < devices; ++k) {
@@ -128,6 +130,7 @@ struct Cell {
 
 /// Gives a joint what its cell says.
 void assign_joint(Chain& chain, int joint, const Cell& cell) {
+    assert(joint >= 0 && joint <= chain.segments() && cell.length > 0 && cell.give > 0);
     const std::size_t devices = chain.devices.size();
     const double whole = cell.length / cell.give, length = chain.length_of(joint), spring = whole / length;
     chain.rigidity[joint] = whole;
@@ -160,6 +163,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
 }
 
 void assign_torsion(const Chain& chain, Device& device) {
+    assert(!device.twists_by_segments() || device.wound.size() == chain.joints.size());
     device.windup_stiffness = 0;
     device.torsion.clear();
     if (!device.spec.twists()) return;
@@ -249,6 +253,7 @@ void assign_from(Chain& chain, int first) {
 }
 
 int first_fed(const Chain& chain, int which) {
+    assert(which >= -1 && which < static_cast<int>(chain.devices.size()));
     double from = chain.inserted_length();
     for (int k = 0; k < static_cast<int>(chain.devices.size()); ++k)
         if (which == -1 || which == k)
@@ -263,7 +268,9 @@ int first_fed(const Chain& chain, int which) {
 void Chain::state(StateStream& s) {
     s(grid, devices, joints, tangents, lengths, stations, base_director, load, leading, tip_segments, carried,
       grips, friction_loss);
-    if (s.restores() && !joints.empty()) assign(*this);
+    if (!s.restores() || joints.empty()) return;
+    assign(*this);
+    assert(validate(*this).empty());
 }
 
 double Chain::inserted_length() const {
@@ -273,6 +280,7 @@ double Chain::inserted_length() const {
 }
 
 int Chain::growing() const {
+    assert(segments() >= 1 && lengths.size() == joints.size());
     double left = tip_segments * grid.segment_length * (1 - whole_segment);
     int i = segments();
     for (; i > 1 && left > 0; --i) left -= lengths[i];
@@ -280,12 +288,14 @@ int Chain::growing() const {
 }
 
 int Chain::bent_segments() const {
+    assert(bent >= 0 && bent <= segments());
     for (const Device& device : devices)
         if (device.twists_by_segments()) return segments();
     return bent;
 }
 
 int Chain::outermost(double s) const {
+    assert(!devices.empty() && std::isfinite(s));
     for (int k = static_cast<int>(devices.size()) - 1; k > 0; --k)
         if (devices[k].inserted > s - whole_segment) return k;
     return 0;
@@ -339,6 +349,7 @@ namespace {
 
 /// Index of the device that reaches farthest: `now` if it is among them.
 int leader(const std::vector<Device>& devices, int now) {
+    assert(now >= 0 && now < static_cast<int>(devices.size()));
     int best = now;
     for (std::size_t k = 0; k < devices.size(); ++k)
         if (devices[k].inserted > devices[best].inserted + whole_segment) best = static_cast<int>(k);
@@ -351,6 +362,7 @@ struct Segments {
     int whole = 0, tip = 0;
     double growing = 0;  // [mm]
     Segments(const Grid& grid, double length, double shaped) {
+        assert(grid.segment_length > 0 && length > 0 && shaped >= 0);
         const double lambda = grid.segment_length;
         const int most = std::max(1, static_cast<int>(std::floor(length / lambda - 0.5 + whole_segment)));
         tip = std::min(static_cast<int>(std::lround(shaped / lambda)), most);
@@ -362,6 +374,7 @@ struct Segments {
 
 /// Gives the chain the segments of its leading device, all joints at the first.
 void give_segments(Chain& chain, double length) {
+    assert(chain.leading >= 0 && chain.leading < static_cast<int>(chain.devices.size()));
     const double shaped = shaped_length(chain.devices[chain.leading].spec);
     const Segments segments(chain.grid, length, shaped);
     chain.tip_segments = static_cast<int>(std::lround(shaped / chain.grid.segment_length));
@@ -376,6 +389,7 @@ void give_segments(Chain& chain, double length) {
 
 /// Puts the joints on the path, each a length of the chain's from the last.
 void lay_along(Chain& chain, const Polyline& path) {
+    assert(path.size() >= 2 && chain.lengths.size() == chain.joints.size());
     std::size_t piece = 1;
     for (int i = 1; i <= chain.segments(); ++i) {
         const Vec3 from = chain.joints[i - 1];
@@ -507,6 +521,7 @@ void start_grips(Chain& chain) {
 }
 
 double twist_energy(const Chain& chain, int first) {
+    assert(first >= 1);
     double energy = 0;
     for (const Device& device : chain.devices) {
         energy += device.windup_stiffness * device.windup * device.windup;
@@ -522,6 +537,7 @@ namespace {
 
 /// Whether a device is bent at a joint at rest.
 bool bent_at_rest(const Chain& chain, int joint) {
+    assert(joint >= 0 && joint <= chain.segments());
     return std::any_of(chain.devices.begin(), chain.devices.end(),
                        [&](const Device& device) { return device.rest[joint].angle != 0; });
 }

@@ -1,6 +1,7 @@
 #include "physics/wire/crossings.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace physics {
@@ -32,6 +33,7 @@ Bound by_slope(const WallContact& c) {
 /// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
 /// slope and, to second order, by no more than 1/room; from half the way to the axis on, by twice that.
 Bound by_normal(const WallContact& c, const Vec3& way) {
+    assert(c.room > 0);
     return {c.penetration, c.normal.dot(way), 2 / c.room};
 }
 
@@ -42,6 +44,7 @@ bool knows_its_wall(const WallContact& c) {
 /// Largest value that both bounds allow between places `length` apart. Each is convex, so it is at an end or
 /// where they meet.
 double peak(const Bound& a, const Bound& b, double length) {
+    assert(length > 0 && a.curve == b.curve);
     double highest = std::max(std::min(a(0), b(length)), std::min(a(length), b(0)));
     const double rise = a.slope + b.slope + a.curve * length;  // of a − b; both have the same curve
     if (rise != 0) {
@@ -57,6 +60,7 @@ public:
         : wall_(wall), from_(from), length_((to - from).norm()), way_((to - from) / length_) {}
 
     std::optional<Crossing> run(const WallContact& at_from, const WallContact& at_to, double tolerance) {
+        assert(length_ > 0 && tolerance >= 0);
         const double ends = std::max({0.0, at_from.penetration, at_to.penetration});
         limit_ = ends + tolerance;
         look_between({0, at_from}, {length_, at_to});
@@ -75,6 +79,7 @@ private:
     }
 
     void look_between(const Probe& a, const Probe& b) {
+        assert(a.at < b.at);
         const double length = b.at - a.at;
         if (a.contact.trust + b.contact.trust >= length || length < shortest) return;
         if (most_between(a, b) <= limit_) return;
@@ -103,6 +108,7 @@ private:
 /// Whether a joint bears a force, or the segment merged from both its own would cross the wall. A segment
 /// that a joint holds off a carina does not cross: without the joint it would again.
 bool needed(const Chain& wire, const LumenWall& wall, int joint, double tolerance) {
+    assert(joint >= 1 && joint < wire.segments() && tolerance >= 0);
     const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
     const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,
                            wire.joints[joint]};
@@ -127,6 +133,7 @@ std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from
 
 std::vector<Crossing> crossings(const Chain& wire, std::span<const WallContact> contacts,
                                 const LumenWall& wall, double tolerance) {
+    assert(contacts.size() == wire.joints.size());
     std::vector<Crossing> found;
     for (int i = 1; i <= wire.segments(); ++i) {
         auto crossing = crossing_between(wall, wire.joints[i - 1], wire.joints[i], contacts[i - 1],
@@ -139,6 +146,8 @@ std::vector<Crossing> crossings(const Chain& wire, std::span<const WallContact> 
 }
 
 int split_crossings(Chain& wire, std::span<const Crossing> found) {
+    assert(std::is_sorted(found.begin(), found.end(),
+                          [](const Crossing& a, const Crossing& b) { return a.segment < b.segment; }));
     const double lambda = wire.grid.segment_length;
     int count = 0;
     for (auto crossing = found.rbegin(); crossing != found.rend(); ++crossing) {
@@ -153,6 +162,7 @@ int split_crossings(Chain& wire, std::span<const Crossing> found) {
 }
 
 int merge_pieces(Chain& wire, const LumenWall& wall, bool every, double tolerance) {
+    assert(tolerance >= 0);
     int count = 0;
     for (int i = wire.segments() - 1; i >= 1; --i) {
         if (!wire.within_a_segment(i)) continue;

@@ -9,6 +9,7 @@ namespace physics {
 namespace {
 
 double between(double distal, double proximal, double share) {
+    assert(share >= 0 && share <= 1);
     return distal == proximal ? distal : distal * std::pow(proximal / distal, share);
 }
 
@@ -28,6 +29,7 @@ double value_at(const DeviceSpec& spec, double s, const Value& value) {
 
 std::vector<StiffnessSection> soft_tip(double tip, double tip_length, double transition_length, double shaft,
                                        double torsional) {
+    assert(tip_length >= 0 && transition_length >= 0 && tip > 0 && shaft > 0);
     const double tip_torsional = torsional * tip / shaft;
     std::vector<StiffnessSection> sections;
     if (tip_length > 0) sections.push_back({tip_length, tip, tip, tip_torsional, tip_torsional});
@@ -137,6 +139,7 @@ double varying_length(const DeviceSpec& spec) {
 }
 
 RestBend rest_bend(const Device& device, int joint, const Vec3& u, const Vec3& director) {
+    assert(joint >= 0 && joint < static_cast<int>(device.rest.size()));
     const RestTurn& rest = device.rest[joint];
     if (rest.angle == 0) return {};
     const double angle = device.angle_at(joint), c = std::cos(angle), s = std::sin(angle);
@@ -145,6 +148,7 @@ RestBend rest_bend(const Device& device, int joint, const Vec3& u, const Vec3& d
 }
 
 Vec3 rest_direction(const Vec3& u, const RestBend& rest) {
+    assert(std::abs(rest.cosine * rest.cosine + rest.sine * rest.sine - 1) < 1e-9);
     if (rest.straight()) return u;
     return rest.cosine * u + rest.sine * rest.way;
 }

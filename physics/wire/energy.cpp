@@ -1,12 +1,14 @@
 #include "physics/wire/energy.h"
 
 #include <algorithm>
+#include <cassert>
 
 #include "physics/wire/bending.h"
 
 namespace physics {
 
 std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall) {
+    assert(chain.stations.size() == chain.joints.size() && chain.thickness.size() == chain.joints.size());
     std::vector<WallContact> contacts(chain.joints.size());
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         contacts[i].station = chain.stations[i];
@@ -19,6 +21,7 @@ std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall)
 }
 
 Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
+    assert(contacts.size() == chain.joints.size());
     Energy energy;
     energy.bending = bending_energy(chain);
     for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
@@ -30,6 +33,7 @@ Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
 }
 
 std::vector<Vec3> energy_gradient(const Chain& chain, std::span<const WallContact> contacts) {
+    assert(contacts.size() == chain.joints.size());
     const int n = chain.segments();
     const bool curved = chain.bent_segments() > 0;
     std::vector<Vec3> d;
@@ -50,6 +54,7 @@ std::vector<Vec3> energy_gradient(const Chain& chain, std::span<const WallContac
 }
 
 double relative_gradient(const Chain& chain, std::span<const WallContact> contacts) {
+    assert(contacts.size() == chain.joints.size());
     const auto gradient = energy_gradient(chain, contacts);
     double largest = 0;
     for (int i = 1; i <= chain.segments(); ++i)
@@ -73,6 +78,7 @@ double relative_gradient(const Chain& chain, std::span<const WallContact> contac
 }
 
 double euler_force(double rigidity, double length) {
+    assert(rigidity > 0 && length > 0);
     return 4 * M_PI * M_PI * rigidity / (length * length);
 }
 

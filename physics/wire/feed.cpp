@@ -25,6 +25,7 @@ std::vector<double> places_of(const std::vector<double>& lengths) {
 /// Material frames of a device after it has moved by `mm`, from those before at the old places.
 void carry_wound(Device& device, const std::vector<double>& old_places, const std::vector<double>& places,
                  double mm) {
+    assert(old_places.size() == device.wound.size() && old_places.size() == places.size());
     const std::vector<double> old = device.wound;
     std::size_t i = 1;
     for (std::size_t j = 1; j < places.size(); ++j) {
@@ -50,6 +51,7 @@ struct OldGrips {
 };
 
 void carry_grips(Chain& chain, const OldGrips& old, const std::vector<double>& places, int which, double mm) {
+    assert(chain.grips.size() == places.size() && old.grips.size() == old.places.size());
     const double end = old.places.back();
     std::size_t i = 1;
     for (std::size_t j = 0; j < places.size(); ++j) {
@@ -135,6 +137,7 @@ void insert_segment(Chain& chain, int count) {
 }  // namespace
 
 FeedPlan plan_feed(const Chain& chain, int which, double mm) {
+    assert(which >= every_device && which < static_cast<int>(chain.devices.size()) && std::isfinite(mm));
     const double lambda = chain.grid.segment_length;
     FeedPlan plan;
     plan.device = which;
@@ -211,6 +214,7 @@ namespace {
 
 /// Whole segments of the leading device's shape that are inside, distal of the one that grows.
 int tip_inside(const Chain& chain) {
+    assert(chain.segments() >= 1);
     double length = 0;
     for (int i = chain.growing() + 1; i <= chain.segments(); ++i) length += chain.lengths[i];
     return static_cast<int>(std::lround(length / chain.grid.segment_length));
@@ -242,6 +246,7 @@ void regrid(Chain& chain) {
 }
 
 double feed(Chain& chain, int device, double mm) {
+    assert(device >= every_device && device < static_cast<int>(chain.devices.size()) && std::isfinite(mm));
     const double lambda = chain.grid.segment_length;
     const auto make_whole = [&](int i) {  // of its pieces
         while (i > 1 && chain.within_a_segment(i - 1)) merge_segments(chain, --i);
@@ -270,6 +275,7 @@ double feed(Chain& chain, int device, double mm) {
 }
 
 void rotate(Chain& chain, int which, double angle) {
+    assert(which >= every_device && which < static_cast<int>(chain.devices.size()) && std::isfinite(angle));
     for (std::size_t k = 0; k < chain.devices.size(); ++k) {
         if (!moves(k, which)) continue;
         Device& device = chain.devices[k];
@@ -283,6 +289,7 @@ void rotate(Chain& chain, int which, double angle) {
 }
 
 void start_twists(Chain& chain, int which) {
+    assert(which >= 0 && which < static_cast<int>(chain.devices.size()));
     Device& device = chain.devices[which];
     if (!device.spec.twists() || device.twists_by_segments()) return;
     device.roll = wrapped(device.roll + device.windup);
@@ -324,6 +331,7 @@ namespace {
 /// changes proximal of joint `first`; joints from `grows` on move with their segment.
 double fed_energy(const Chain& at, const Chain& fed, int first, int grows, const std::vector<Vec3>& frames,
                   std::span<const WallContact> contacts) {
+    assert(at.segments() == fed.segments() && first >= 0 && grows >= 1 && grows <= at.segments());
     const int n = at.segments();
     double energy = coupling_energy(fed, first) + twist_energy(fed);
     for (int j = first; j < n; ++j) energy += joint_energy(fed, frames, j);
@@ -345,6 +353,7 @@ double fed_energy(const Chain& at, const Chain& fed, int first, int grows, const
 /// What the grips add where devices' material slides by them, per device: at every joint but those that go
 /// with it.
 void add_slides(const Chain& chain, int grows, std::vector<HubLoad>& loads) {
+    assert(chain.grips.size() == chain.joints.size() && loads.size() == chain.devices.size());
     double place = 0;
     for (int j = 1; j <= chain.segments(); ++j) {
         place += chain.lengths[j];

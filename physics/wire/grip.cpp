@@ -1,18 +1,23 @@
 #include "physics/wire/grip.h"
 
+#include <cassert>
+
 namespace physics {
 
 double Grip::energy(const Vec3& joint, double turn) const {
+    assert(force >= 0 && std::isfinite(turn));
     const double e = stretch(joint, turn).norm();
     return e <= slip_length ? force * e * e / (2 * slip_length) : force * (e - 0.5 * slip_length);
 }
 
 Vec3 Grip::push(const Vec3& joint) const {
+    assert(force >= 0);
     const Vec3 e = stretch(joint);
     return force / std::max(slip_length, e.norm()) * e;
 }
 
 Mat3 Grip::stiffness(const Vec3& joint) const {
+    assert(force >= 0);
     const Vec3 e = stretch(joint);
     const double size = e.norm();
     Mat3 plane = Mat3::Identity() - normal * normal.transpose();
@@ -22,6 +27,7 @@ Mat3 Grip::stiffness(const Vec3& joint) const {
 }
 
 double Grip::follow(const Vec3& joint) {
+    assert(force >= 0 && joint.allFinite());
     if (!holds()) {
         anchor = joint;
         roll = 0;
@@ -37,6 +43,7 @@ double Grip::follow(const Vec3& joint) {
 }
 
 double grip_energy(std::span<const Grip> grips, std::span<const Vec3> joints, int first) {
+    assert(first >= 0 && (grips.empty() || grips.size() == joints.size()));
     double energy = 0;
     for (std::size_t j = first; j < grips.size(); ++j)
         if (grips[j].holds()) energy += grips[j].energy(joints[j]);

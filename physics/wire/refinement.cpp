@@ -75,6 +75,7 @@ private:
     }
     int units(int i) const { return start_[i + 1] - start_[i]; }
     bool kept_fine(int first_unit, int last_unit) const {
+        assert(first_unit < last_unit);
         const int whole = start_.back();
         return first_unit == 0 || std::any_of(fine_.begin(), fine_.end(), [&](const Fine& fine) {
                    return last_unit > whole - fine.to && first_unit < whole - fine.from;
@@ -82,6 +83,7 @@ private:
     }
 
     double curvature(int joint) const {
+        assert(joint >= 0 && joint <= wire_.segments());
         if (joint == wire_.segments()) return 0;
         return (wire_.tangents[joint + 1] - wire_.tangents[joint]).norm() / wire_.length_of(joint);
     }
@@ -109,6 +111,7 @@ private:
 
     /// Whether a straight segment from joint i − 1 is as good as the curve, within the tolerance.
     bool represents(int i, const Vec3& along, int length, double bent, double tolerance) {
+        assert(i >= 1 && length >= 1 && bent >= 0 && tolerance > 0);
         const double lambda = wire_.grid.segment_length;
         if (!(bent * std::pow(length * lambda, 2) / 8 <= tolerance)) return false;
         points_.clear();
