@@ -82,15 +82,20 @@ void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, i
         terms_.stages[j - 1].touches = false;
         if (c.touches() || force > 0) take_contact(c, j, Vec3::Zero(), force);
     }
-    take_grips(wire, first);
+    take_grips(wire, first, [&](int j) { return GripTerms(wire.grips[j], wire.joints[j]); });
 }
 
-void NewtonModel::take_grips(const Chain& wire, int first) {
+template <class Terms>
+void NewtonModel::take_grips(const Chain& wire, int first, const Terms& terms_of) {
     assert(first >= 1 && planes_.size() == wire.joints.size());
-    for (std::size_t j = first; j < wire.grips.size(); ++j) {
-        if (!wire.grips[j].holds()) continue;
+    double place = 0;  // needed where devices twist alone
+    for (int j = 1; j < static_cast<int>(wire.grips.size()); ++j) {
+        place += wire.lengths[j];
+        if (j < first || !wire.grips[j].holds()) continue;
         if (!terms_.stages[j - 1].touches) planes_[j] = {};
-        add_grip(wire.grips[j], wire.joints[j], terms_.stages[j - 1]);
+        const GripTerms terms = terms_of(j);
+        add_grip(terms, terms_.stages[j - 1]);
+        if (terms_.frames.each) set_held_twist(wire, j, place, terms, terms_);
     }
 }
 
@@ -105,30 +110,23 @@ void NewtonModel::take_trial_contacts(const Chain& wire, const ContactSet& conta
         const double force = planes_[j].force;
         if (c.touches() || force > 0) take_contact(c, j, trial_.joints[j] - wire.joints[j], force);
     }
-    take_trial_grips(wire);
+    take_grips(wire, terms_.first, [&](int j) { return trial_grip(wire.grips[j], wire.joints[j], j); });
 }
 
-/// The same at the trial state, where a grip that has turned back is the steepest paraboloid about its anchor
-/// that touches its potential there from above.
-void NewtonModel::take_trial_grips(const Chain& wire) {
-    if (terms_.frames.each) return take_grips(wire, terms_.first);
-    for (std::size_t j = terms_.first; j < wire.grips.size(); ++j) {
-        const Grip& grip = wire.grips[j];
-        if (!grip.holds()) continue;
-        RiccatiStage& s = terms_.stages[j - 1];
-        if (!s.touches) planes_[j] = {};
-        const Vec3 from = grip.stretch(wire.joints[j]), to = grip.stretch(trial_.joints[j]);
-        const double a = from.norm(), b = to.norm();
-        if ((a <= slip_length && b <= slip_length) || (a > slip_length && from.dot(to) > slips_on * a * a)) {
-            add_grip(grip, wire.joints[j], s);
-            continue;
-        }
-        const double weight = grip.force / std::max(slip_length, b);
-        assert(weight > 0 || !std::isfinite(b));
-        if (!s.touches) s.touches = true, s.force.setZero(), s.stiffness.setZero();
-        s.force += weight * from;
-        s.stiffness += weight * (Mat3::Identity() - grip.normal * grip.normal.transpose());
-    }
+/// A grip's terms for a trial: where that has turned it back, those of the steepest paraboloid about its
+/// anchor that touches its potential at the trial state from above.
+GripTerms NewtonModel::trial_grip(const Grip& grip, const Vec3& joint, int j) const {
+    const Vec3 from = grip.stretch(joint),
+               to = grip.stretch(trial_.joints[j], terms_.frames.each ? trial_.rolls[j] : 0.0);
+    const double a = from.norm(), b = to.norm();
+    if ((a <= slip_length && b <= slip_length) || (a > slip_length && from.dot(to) > slips_on * a * a))
+        return {grip, joint};
+    const double weight = grip.force / std::max(slip_length, b);
+    assert(weight > 0 || !std::isfinite(b));
+    GripTerms terms;
+    terms.drag = weight * from;
+    terms.stiffness = weight * (Mat3::Identity() - grip.normal * grip.normal.transpose());
+    return terms;
 }
 
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted

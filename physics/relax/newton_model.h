@@ -105,8 +105,9 @@ public:
     }
 
 private:
-    void take_grips(const Chain&, int first);
-    void take_trial_grips(const Chain&);
+    template <class Terms>
+    void take_grips(const Chain&, int first, const Terms&);
+    GripTerms trial_grip(const Grip&, const Vec3& joint, int j) const;
     void turn_base(const Chain&, double mu, RiccatiReport&);
     void solve_base(const Chain&, const FrameVector& slope, double mu, RiccatiReport*);
     void turn_devices(Chain&) const;

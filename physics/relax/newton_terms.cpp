@@ -117,14 +117,9 @@ void set_twists(const Chain& chain, int j, double place, NewtonTerms& terms) {
         t.twist_slope = device.torsion[j] * (device.wound[j] - device.wound[j - 1]);
         t.grip_slope = t.grip_grip = 0;
         t.grip_cross.setZero();
-        if (chain.grips.empty() || !chain.grips[j].holds() ||
-            chain.outermost(place) != terms.frames.device[f])
-            continue;
-        const Grip& grip = chain.grips[j];
-        t.grip_slope = grip.push(chain.joints[j]).dot(grip.around);
-        t.grip_cross = grip.stiffness(chain.joints[j]) * grip.around;
-        t.grip_grip = grip.around.dot(t.grip_cross);
     }
+    if (!chain.grips.empty() && chain.grips[j].holds())
+        set_held_twist(chain, j, place, {chain.grips[j], chain.joints[j]}, terms);
 }
 
 /// Adds one more segment to the sums. Returns |gradient|² over C².
@@ -177,6 +172,23 @@ void set_axial(const Chain& chain, int j, bool loaded, double length, const Vec3
     s.cross.col(1) += prev.transpose() * Vec3(s.basis.col(1)).cross(axis);
 }
 
+/// The wall's terms of a stage, with the force of its plane, which becomes the contact's. Adds what the wall
+/// bears, as the model has it, and its push. Returns whether both forces agree.
+[[gnu::always_inline]] inline bool add_contact(const WallContact& contact, ContactPlane& plane,
+                                               RiccatiStage& s, Vec3& borne, Vec3& push) {
+    const double force = plane.force;
+    s.touches = contact.touches() || force > 0;
+    if (s.touches) {
+        plane = {contact.penetration, contact.stiffness, contact.normal, force};
+        s.force = contact.stiffness * contact.penetration * contact.normal + contact.stiffening_push();
+        s.stiffness =
+            contact.stiffness * contact.normal * contact.normal.transpose() + force * contact.curvature;
+        borne += force * contact.normal;
+        if (contact.touches()) push += s.force;
+    }
+    return !(std::abs(force - contact.force()) > same_force * contact.force());
+}
+
 /// From the tip to the window's base, a stage at a time.
 template <int F>
 RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts,
@@ -211,24 +223,13 @@ RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts
             if (terms.frames.each) set_twists(chain, j, place, terms);
             set_transport(chain, j, prev, j > first ? sums.whole_torque() : 0.0, s);
         }
-        const WallContact& contact = contacts[j];
-        s.touches = contact.touches();
-        const double force = planes[j].force;
-        if (std::abs(force - contact.force()) > same_force * contact.force()) terms.exact = false;
-        s.touches |= force > 0;
-        if (s.touches) {
-            planes[j] = {contact.penetration, contact.stiffness, contact.normal, force};
-            s.force = contact.stiffness * contact.penetration * contact.normal + contact.stiffening_push();
-            s.stiffness =
-                contact.stiffness * contact.normal * contact.normal.transpose() + force * contact.curvature;
-            borne += force * contact.normal;
-            if (contact.touches()) sums.force += s.force;
-        }
+        if (!add_contact(contacts[j], planes[j], s, borne, sums.force)) terms.exact = false;
         if (gripped && chain.grips[j].holds()) {
             if (!s.touches) planes[j] = {};
-            const Vec3 drag = add_grip(chain.grips[j], chain.joints[j], s);
-            borne += drag;
-            sums.force += drag;
+            const GripTerms grip(chain.grips[j], chain.joints[j]);
+            add_grip(grip, s);
+            borne += grip.drag;
+            sums.force += grip.drag;
         }
         if (loaded)
             s.slope.noalias() -=
@@ -272,18 +273,31 @@ Frames::Frames(const Chain& chain) {
     }
 }
 
-Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
+GripTerms::GripTerms(const Grip& grip, const Vec3& joint)
+    : drag(grip.push(joint)), stiffness(grip.stiffness(joint)) {
     assert(grip.holds());
-    const Vec3 drag = grip.push(joint);
+}
+
+void add_grip(const GripTerms& grip, RiccatiStage& stage) {
     if (stage.touches) {
-        stage.force += drag;
-        stage.stiffness += grip.stiffness(joint);
+        stage.force += grip.drag;
+        stage.stiffness += grip.stiffness;
     } else {
         stage.touches = true;
-        stage.force = drag;
-        stage.stiffness = grip.stiffness(joint);
+        stage.force = grip.drag;
+        stage.stiffness = grip.stiffness;
     }
-    return drag;
+}
+
+void set_held_twist(const Chain& chain, int j, double place, const GripTerms& grip, NewtonTerms& terms) {
+    const int owner = chain.outermost(place), frame = terms.frames.of[owner];
+    if (!chain.devices[owner].twists_by_segments()) return;
+    assert(frame >= 0);
+    FrameStage& t = terms.frame_stages[(j - 1) * terms.frames.count + frame];
+    const Vec3& around = chain.grips[j].around;
+    t.grip_slope = grip.drag.dot(around);
+    t.grip_cross = grip.stiffness * around;
+    t.grip_grip = around.dot(t.grip_cross);
 }
 
 RiccatiReport assemble_and_solve(const Chain& chain, std::span<const WallContact> contacts,

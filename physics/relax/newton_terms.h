@@ -74,8 +74,19 @@ struct NewtonTerms {
     }
 };
 
-/// Adds a grip's second-order terms at the accepted joint to its stage. Returns its drag, a gradient [N].
-Vec3 add_grip(const Grip&, const Vec3& joint, RiccatiStage&);
+/// A grip's gradient and Hessian by its stretch, at the accepted joint.
+struct GripTerms {
+    Vec3 drag = Vec3::Zero();       // [N]
+    Mat3 stiffness = Mat3::Zero();  // [N/mm]
+
+    GripTerms() = default;
+    GripTerms(const Grip&, const Vec3& joint);
+};
+/// Adds them to the stage of their joint.
+void add_grip(const GripTerms&, RiccatiStage&);
+/// The same by the turn of the frame of the device that joint `j` holds, where it twists segment by segment.
+/// `place` is the joint's from the introducer [mm].
+void set_held_twist(const Chain&, int j, double place, const GripTerms&, NewtonTerms&);
 
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
 /// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|, of the window from `first` on.

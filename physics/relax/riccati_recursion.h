@@ -129,94 +129,119 @@ public:
                                      [[maybe_unused]] const FrameStage* frame,
                                      [[maybe_unused]] const double* mixed,
                                      [[maybe_unused]] FrameGain* frame_gains) {
-        const Vec3 a = s.length * s.basis.col(0), b = s.length * s.basis.col(1);
-        Vec3 y0 = x0_ + times_p(a), y1 = x1_ + times_p(b);
-        double q00 = a00_ + s.own(0, 0) - s.axial + a.dot(y0) + x0_.dot(a);
-        double q01 = a01_ + s.own(0, 1) + a.dot(y1) + x0_.dot(b);
-        double q11 = a11_ + s.own(1, 1) - s.axial + b.dot(y1) + x1_.dot(b);
-        double g0 = r0_ + s.slope[0] + a.dot(p_), g1 = r1_ + s.slope[1] + b.dot(p_);
-        double c00 = s.cross(0, 0), c01 = s.cross(0, 1), c10 = s.cross(1, 0), c11 = s.cross(1, 1);
-        // Parallel transport turns all frames alike: sums over them.
-        [[maybe_unused]] std::array<double, frames> z0 = {}, z1 = {}, row = {};
-        [[maybe_unused]] double whole = 0, slopes = 0;
-        [[maybe_unused]] Vec3 v;
-        if constexpr (F > 0) {
-            const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
-            v = v_[0];
-            for (int f = 1; f < F; ++f) v += v_[f];
-            double n0 = 0, n1 = 0;
-            for (int f = 0; f < F; ++f) {
-                for (int g = 0; g < F; ++g) row[f] += c_[f][g];
-                z0[f] = a.dot(v_[f]) + w0_[f], z1[f] = b.dot(v_[f]) + w1_[f];
-                n0 += z0[f], n1 += z1[f];
-                whole += row[f];
-                slopes += slope_[f];
-            }
-            q00 += (2 * n0 + whole * h0) * h0;
-            q01 += n0 * h1 + (n1 + whole * h1) * h0;
-            q11 += (2 * n1 + whole * h1) * h1;
-            y0 += h0 * v, y1 += h1 * v;
-            n0 += whole * h0, n1 += whole * h1;
-            c00 += i0 * n0, c01 += i0 * n1, c10 += i1 * n0, c11 += i1 * n1;
-            for (int f = 0; f < F; ++f) {
-                z0[f] += row[f] * h0 + frame[f].cross[0];
-                z1[f] += row[f] * h1 + frame[f].cross[1];
-            }
-            g0 += slopes * h0, g1 += slopes * h1;
-        }
-
-        const double det = q00 * q11 - q01 * q01;
-        SymmetricBlock& i = gain.inverse;
-        if (q00 > 0 && det > 0) {
+        Stage t = of_turns(s);
+        if constexpr (F > 0) add_frames(s, frame, t);
+        const double det = t.q00 * t.q11 - t.q01 * t.q01;
+        if (t.q00 > 0 && det > 0) {
             const double scale = -1 / det;
-            i = {q11 * scale, -q01 * scale, q00 * scale};
+            gain.inverse = {t.q11 * scale, -t.q01 * scale, t.q00 * scale};
         } else {
-            i = minus_mirrored_inverse(q00, q01, q11, least_pivot_, index, report_);
+            gain.inverse = minus_mirrored_inverse(t.q00, t.q01, t.q11, least_pivot_, index, report_);
         }
-        const double t0 = i.a * g0 + i.b * g1, t1 = i.b * g0 + i.c * g1;
-        gain.step = {t0, t1};
-        const Vec3 f0 = i.a * y0 + i.b * y1, f1 = i.b * y0 + i.c * y1;
-        gain.from_x.row(0) = f0, gain.from_x.row(1) = f1;
-        const double v00 = i.a * c00 + i.b * c01, v01 = i.a * c10 + i.b * c11;
-        const double v10 = i.b * c00 + i.c * c01, v11 = i.b * c10 + i.c * c11;
-        gain.from_prev << v00, v01, v10, v11;
+        eliminate(s, t, gain);
+        if constexpr (F > 0) eliminate_frames(s, frame, mixed, t, gain, frame_gains);
+    }
 
+private:
+    /// What the value function and a stage make of its two turns: Q, Y by columns, g, X with the frames'
+    /// share, and of each frame its cross terms z with the turns.
+    struct Stage {
+        Vec3 y0, y1;
+        double q00, q01, q11, g0, g1, c00, c01, c10, c11;
+        // Parallel transport turns all frames alike: sums over them.
+        std::array<double, frames> z0 = {}, z1 = {}, row = {};
+        double whole = 0, slopes = 0;
+        Vec3 v, a, b;
+    };
+
+    [[gnu::always_inline]] Stage of_turns(const RiccatiStage& s) const {
+        Stage t;
+        t.a = s.length * s.basis.col(0), t.b = s.length * s.basis.col(1);
+        const Vec3 &a = t.a, &b = t.b;
+        t.y0 = x0_ + times_p(a), t.y1 = x1_ + times_p(b);
+        t.q00 = a00_ + s.own(0, 0) - s.axial + a.dot(t.y0) + x0_.dot(a);
+        t.q01 = a01_ + s.own(0, 1) + a.dot(t.y1) + x0_.dot(b);
+        t.q11 = a11_ + s.own(1, 1) - s.axial + b.dot(t.y1) + x1_.dot(b);
+        t.g0 = r0_ + s.slope[0] + a.dot(p_), t.g1 = r1_ + s.slope[1] + b.dot(p_);
+        t.c00 = s.cross(0, 0), t.c01 = s.cross(0, 1), t.c10 = s.cross(1, 0), t.c11 = s.cross(1, 1);
+        return t;
+    }
+
+    /// The turns that the stage's transport gives the frames.
+    [[gnu::always_inline]] void add_frames(const RiccatiStage& s, const FrameStage* frame, Stage& t) const {
+        const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
+        t.v = v_[0];
+        for (int f = 1; f < F; ++f) t.v += v_[f];
+        double n0 = 0, n1 = 0;
+        for (int f = 0; f < F; ++f) {
+            for (int g = 0; g < F; ++g) t.row[f] += c_[f][g];
+            t.z0[f] = t.a.dot(v_[f]) + w0_[f], t.z1[f] = t.b.dot(v_[f]) + w1_[f];
+            n0 += t.z0[f], n1 += t.z1[f];
+            t.whole += t.row[f];
+            t.slopes += slope_[f];
+        }
+        t.q00 += (2 * n0 + t.whole * h0) * h0;
+        t.q01 += n0 * h1 + (n1 + t.whole * h1) * h0;
+        t.q11 += (2 * n1 + t.whole * h1) * h1;
+        t.y0 += h0 * t.v, t.y1 += h1 * t.v;
+        n0 += t.whole * h0, n1 += t.whole * h1;
+        t.c00 += i0 * n0, t.c01 += i0 * n1, t.c10 += i1 * n0, t.c11 += i1 * n1;
+        for (int f = 0; f < F; ++f) {
+            t.z0[f] += t.row[f] * h0 + frame[f].cross[0];
+            t.z1[f] += t.row[f] * h1 + frame[f].cross[1];
+        }
+        t.g0 += t.slopes * h0, t.g1 += t.slopes * h1;
+    }
+
+    /// The turns' gains, and what is left of the value function.
+    [[gnu::always_inline]] void eliminate(const RiccatiStage& s, const Stage& t, RiccatiGain& gain) {
+        const SymmetricBlock& i = gain.inverse;
+        const double t0 = i.a * t.g0 + i.b * t.g1, t1 = i.b * t.g0 + i.c * t.g1;
+        gain.step = {t0, t1};
+        const Vec3 &y0 = t.y0, &y1 = t.y1, f0 = i.a * y0 + i.b * y1, f1 = i.b * y0 + i.c * y1;
+        gain.from_x.row(0) = f0, gain.from_x.row(1) = f1;
+        const double v00 = i.a * t.c00 + i.b * t.c01, v01 = i.a * t.c10 + i.b * t.c11;
+        const double v10 = i.b * t.c00 + i.c * t.c01, v11 = i.b * t.c10 + i.c * t.c11;
+        gain.from_prev << v00, v01, v10, v11;
         p00_ += y0[0] * f0[0] + y1[0] * f1[0], p01_ += y0[0] * f0[1] + y1[0] * f1[1];
         p02_ += y0[0] * f0[2] + y1[0] * f1[2], p11_ += y0[1] * f0[1] + y1[1] * f1[1];
         p12_ += y0[1] * f0[2] + y1[1] * f1[2], p22_ += y0[2] * f0[2] + y1[2] * f1[2];
         p_ += t0 * y0 + t1 * y1;
         x0_ = v00 * y0 + v10 * y1;
         x1_ = v01 * y0 + v11 * y1;
-        a00_ = s.prev_prev(0, 0) + c00 * v00 + c01 * v10;
-        a01_ = s.prev_prev(0, 1) + c00 * v01 + c01 * v11;
-        a11_ = s.prev_prev(1, 1) + c10 * v01 + c11 * v11;
-        r0_ = s.slope_prev[0] + c00 * t0 + c01 * t1;
-        r1_ = s.slope_prev[1] + c10 * t0 + c11 * t1;
-        if constexpr (F > 0) {
-            const double i0 = s.twist_prev[0], i1 = s.twist_prev[1];
-            x0_ += i0 * v, x1_ += i1 * v;
-            a00_ += whole * i0 * i0, a01_ += whole * i0 * i1, a11_ += whole * i1 * i1;
-            r0_ += slopes * i0, r1_ += slopes * i1;
-            std::array<double, frames> e0, e1;
-            for (int f = 0; f < F; ++f) {
-                e0[f] = i.a * z0[f] + i.b * z1[f], e1[f] = i.b * z0[f] + i.c * z1[f];
-                frame_gains[f].turn = {e0[f], e1[f]};
-                w0_[f] = row[f] * i0 + frame[f].cross_prev[0] + c00 * e0[f] + c01 * e1[f];
-                w1_[f] = row[f] * i1 + frame[f].cross_prev[1] + c10 * e0[f] + c11 * e1[f];
-                v_[f] += e0[f] * y0 + e1[f] * y1;
-                slope_[f] += frame[f].slope + z0[f] * t0 + z1[f] * t1;
-                c_[f][f] += frame[f].curve + z0[f] * e0[f] + z1[f] * e1[f];
-            }
-            for (int f = 1; f < F; ++f)
-                for (int g = 0; g < f; ++g) {
-                    const double by = z0[f] * e0[g] + z1[f] * e1[g] + (mixed ? mixed[f * F + g] : 0.0);
-                    c_[f][g] += by;
-                    c_[g][f] = c_[f][g];
-                }
-        }
+        a00_ = s.prev_prev(0, 0) + t.c00 * v00 + t.c01 * v10;
+        a01_ = s.prev_prev(0, 1) + t.c00 * v01 + t.c01 * v11;
+        a11_ = s.prev_prev(1, 1) + t.c10 * v01 + t.c11 * v11;
+        r0_ = s.slope_prev[0] + t.c00 * t0 + t.c01 * t1;
+        r1_ = s.slope_prev[1] + t.c10 * t0 + t.c11 * t1;
     }
 
-private:
+    /// The same of the frames, whose turns the turns' gains answer.
+    [[gnu::always_inline]] void eliminate_frames(const RiccatiStage& s, const FrameStage* frame,
+                                                 const double* mixed, const Stage& t, const RiccatiGain& gain,
+                                                 FrameGain* frame_gains) {
+        const SymmetricBlock& i = gain.inverse;
+        const double i0 = s.twist_prev[0], i1 = s.twist_prev[1], t0 = gain.step[0], t1 = gain.step[1];
+        x0_ += i0 * t.v, x1_ += i1 * t.v;
+        a00_ += t.whole * i0 * i0, a01_ += t.whole * i0 * i1, a11_ += t.whole * i1 * i1;
+        r0_ += t.slopes * i0, r1_ += t.slopes * i1;
+        std::array<double, frames> e0, e1;
+        for (int f = 0; f < F; ++f) {
+            e0[f] = i.a * t.z0[f] + i.b * t.z1[f], e1[f] = i.b * t.z0[f] + i.c * t.z1[f];
+            frame_gains[f].turn = {e0[f], e1[f]};
+            w0_[f] = t.row[f] * i0 + frame[f].cross_prev[0] + t.c00 * e0[f] + t.c01 * e1[f];
+            w1_[f] = t.row[f] * i1 + frame[f].cross_prev[1] + t.c10 * e0[f] + t.c11 * e1[f];
+            v_[f] += e0[f] * t.y0 + e1[f] * t.y1;
+            slope_[f] += frame[f].slope + t.z0[f] * t0 + t.z1[f] * t1;
+            c_[f][f] += frame[f].curve + t.z0[f] * e0[f] + t.z1[f] * e1[f];
+        }
+        for (int f = 1; f < F; ++f)
+            for (int g = 0; g < f; ++g) {
+                c_[f][g] += t.z0[f] * e0[g] + t.z1[f] * e1[g] + (mixed ? mixed[f * F + g] : 0.0);
+                c_[g][f] = c_[f][g];
+            }
+    }
+
     Vec3 times_p(const Vec3& d) const {
         return {p00_ * d[0] + p01_ * d[1] + p02_ * d[2], p01_ * d[0] + p11_ * d[1] + p12_ * d[2],
                 p02_ * d[0] + p12_ * d[1] + p22_ * d[2]};
