@@ -68,7 +68,7 @@ void ContactSet::begin() {
 }
 
 void ContactSet::add(int joint, const Vec3& x, int station) {
-    assert(joint >= 1 && joint < static_cast<int>(contacts_.size()) && x.allFinite());
+    assert(joint >= 1 && joint < static_cast<int>(contacts_.size()));
     index_.push_back(joint);
     at_.push_back(x);
     WallContact& answer = answer_.emplace_back();

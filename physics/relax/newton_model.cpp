@@ -132,7 +132,7 @@ GripTerms NewtonModel::trial_grip(const Grip& grip, const Vec3& joint, int j) co
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
 /// joint.
 void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& moved, double force) {
-    assert(joint >= terms_.first && joint <= stages());
+    assert(joint >= 1 && joint <= stages());
     RiccatiStage& s = terms_.stages[joint - 1];
     ContactPlane& p = planes_[joint];
     p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};

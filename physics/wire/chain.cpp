@@ -107,7 +107,7 @@ struct Cell {
         for (auto& row : product) row.fill(Vec2::Zero());
     }
     void add(const Piece& piece, double weight, std::size_t devices) {
-        assert(weight >= 0 && piece.whole > 0 && devices <= most_devices);
+        assert(weight > -1e-9 && piece.whole > 0 && devices <= most_devices);
         length += weight;
         give += weight / piece.whole;
         for (std::size_t k = 0; k < devices; ++k) {

@@ -29,7 +29,6 @@ double value_at(const DeviceSpec& spec, double s, const Value& value) {
 
 std::vector<StiffnessSection> soft_tip(double tip, double tip_length, double transition_length, double shaft,
                                        double torsional) {
-    assert(tip_length >= 0 && transition_length >= 0 && tip > 0 && shaft > 0);
     const double tip_torsional = torsional * tip / shaft;
     std::vector<StiffnessSection> sections;
     if (tip_length > 0) sections.push_back({tip_length, tip, tip, tip_torsional, tip_torsional});
