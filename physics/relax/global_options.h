@@ -63,6 +63,10 @@ struct StepOptions {
     /// The first so many values of μ begin with the wall's forces as the last step foresaw them, later ones
     /// with those of the accepted state.
     int foreseen_trials = 2;
+    /// A slipping grip's own model serves a trial in which it keeps more than this share of its stretch along
+    /// it, e₀·e₁ > slips_on · |e₀|². Along itself the potential has no curvature, so that any share serves
+    /// that tells slipping on from turning back.
+    double slips_on = 0.5;
     /// Armijo: U(trial) ≤ U + armijo · slope, slope = Σ g·α ≤ 0, on the last correction; with good_armijo on
     /// those before, for a better wall can still be had.
     double armijo = 1e-4, good_armijo = 0.2;

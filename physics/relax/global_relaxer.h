@@ -30,8 +30,8 @@ public:
     /// steps of many calls are those of one with the sum of their budgets, but for a few passes.
     RelaxReport relax(Chain&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
-    /// Takes a wire back to where it was at rest before: as relax(), but with its grips' forces held, which may
-    /// have been left where no others agree (LaggedForces::update).
+    /// Takes a wire back to where it was at rest before: as relax(), but with its grips' forces held, which
+    /// may have been left where no others agree (LaggedForces::update).
     RelaxReport recall(Chain&);
 
     /// Moves a wire at rest and lets it come to rest again; where it can, it starts from predict(). `motion`

@@ -13,10 +13,6 @@
 namespace physics {
 namespace {
 
-/// Of its stretch that a slipping grip keeps along it in a trial, for its model to be good there: along
-/// itself the potential has no curvature, so that any share serves that tells slipping on from turning back.
-constexpr double slips_on = 0.5;
-
 /// Turn about the tangent `to` of a frame against the one that a smallest rotation from `from` makes of it.
 double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& now) {
     assert(std::abs(from.squaredNorm() - 1) < 1e-9 && std::abs(to.squaredNorm() - 1) < 1e-9);

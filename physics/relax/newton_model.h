@@ -17,6 +17,7 @@ public:
     // update them.
     std::vector<Vec3> directors;
     double least_pivot = 0;  // least value of a shifted pivot [N·mm]
+    double slips_on = 0;     // StepOptions::slips_on
 
     int first() const { return terms_.first; }  // segment that the window starts with
     const NewtonTerms& terms() const { return terms_; }
@@ -95,8 +96,8 @@ public:
     bool has_frames_of(const Chain& wire) const { return terms_.frames == Frames(wire); }
 
     void state(StateStream& s) {
-        s(directors, least_pivot, mu_, answers_, terms_, gains_, frame_gains_, planes_, trial_.turns_at_base,
-          base_curve_, settled_);
+        s(directors, least_pivot, slips_on, mu_, answers_, terms_, gains_, frame_gains_, planes_,
+          trial_.turns_at_base, base_curve_, settled_);
         if (!s.restores()) return;
         trial_.turns.resize(planes_.size());
         trial_.joints.resize(planes_.size());
