@@ -54,6 +54,53 @@ void end_when_asked() {
     std::_Exit(interrupted);
 }
 
+/// Reports what the action throws, and an output that could not be written.
+int guarded(const std::function<int()>& action) {
+    std::string wrong;
+    try {
+        const int code = action();
+        if (std::fflush(stdout) != 0)
+            throw std::system_error(errno, std::generic_category(), "standard output");
+        return code;
+    } catch (const std::bad_alloc&) {
+        wrong = "there is not enough memory for this; a smaller mesh, image or scenario is accepted";
+    } catch (const std::filesystem::filesystem_error& error) {
+        wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
+    } catch (const std::system_error& error) {
+        if (error.code() == std::errc::broken_pipe) return bad_input;  // whoever was to read it has left
+        wrong = error.what();
+    } catch (const std::runtime_error& error) {
+        wrong = error.what();
+    } catch (const std::exception& error) {
+        wrong = fmt::format("a defect of this program ended the command ({})", error.what());
+    }
+    tell("seldinger: {}\n", wrong);
+    return bad_input;
+}
+
+/// Throws InputError for an option that takes numbers and was given one that is not finite, or one that CLI11
+/// does not read as decimal: 010, 0x10.
+void require_plain_numbers(const CLI::App& parser) {
+    for (const CLI::Option* option : parser.get_options()) {
+        const std::string kind = option->get_type_name();
+        const bool whole = kind.starts_with("INT") || kind.starts_with("UINT");
+        if (!whole && !kind.starts_with("FLOAT")) continue;
+        const auto plain = [&](const std::string& word) {
+            if (!whole) return std::isfinite(std::strtod(word.c_str(), nullptr));
+            const std::size_t sign = word.starts_with('-') || word.starts_with('+');
+            const std::string_view digits = std::string_view(word).substr(sign);
+            return digits.find_first_not_of("0123456789") == std::string_view::npos &&
+                   (digits.size() == 1 || !digits.starts_with('0'));
+        };
+        for (const std::string& word : option->results())
+            if (!plain(word))
+                throw io::InputError(
+                    "{}: '{}' was found; {} is accepted", option->get_name(), word,
+                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number");
+    }
+    for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
+}
+
 }  // namespace
 
 void catch_signals() {
@@ -84,57 +131,19 @@ bool stop_requested() {
     return stopped;
 }
 
-int guarded(const std::function<int()>& action) {
-    std::string wrong;
-    try {
-        const int code = action();
-        if (std::fflush(stdout) != 0)
-            throw std::system_error(errno, std::generic_category(), "standard output");
-        return code;
-    } catch (const std::bad_alloc&) {
-        wrong = "there is not enough memory for this; a smaller mesh, image or scenario is accepted";
-    } catch (const std::filesystem::filesystem_error& error) {
-        wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
-    } catch (const std::system_error& error) {
-        if (error.code() == std::errc::broken_pipe) return bad_input;  // whoever was to read it has left
-        wrong = error.what();
-    } catch (const std::runtime_error& error) {
-        wrong = error.what();
-    } catch (const std::exception& error) {
-        wrong = fmt::format("a defect of this program ended the command ({})", error.what());
-    }
-    tell("seldinger: {}\n", wrong);
-    return bad_input;
-}
-
-void require_plain_numbers(const CLI::App& parser) {
-    for (const CLI::Option* option : parser.get_options()) {
-        const std::string kind = option->get_type_name();
-        const bool whole = kind.starts_with("INT") || kind.starts_with("UINT");
-        if (!whole && !kind.starts_with("FLOAT")) continue;
-        const auto plain = [&](const std::string& word) {
-            if (!whole) return std::isfinite(std::strtod(word.c_str(), nullptr));
-            const std::size_t sign = word.starts_with('-') || word.starts_with('+');
-            const std::string_view digits = std::string_view(word).substr(sign);
-            return digits.find_first_not_of("0123456789") == std::string_view::npos &&
-                   (digits.size() == 1 || !digits.starts_with('0'));
-        };
-        for (const std::string& word : option->results())
-            if (!plain(word))
-                throw io::InputError(
-                    "{}: '{}' was found; {} is accepted", option->get_name(), word,
-                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number");
-    }
-    for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
-}
-
-int exit_code_of(const CLI::App& parser, const CLI::ParseError& error) {
+int run_action(CLI::App& parser, int count, char** values, const std::function<int()>& action) {
     return guarded([&] {
-        std::ostringstream help, wrong;
-        const int code = parser.exit(error, help, wrong) == 0 ? done : bad_input;
-        print("{}", help.str());
-        tell("{}", wrong.str());
-        return code;
+        try {
+            parser.parse(count, values);
+        } catch (const CLI::ParseError& error) {
+            std::ostringstream help, wrong;
+            const int code = parser.exit(error, help, wrong) == 0 ? done : bad_input;
+            print("{}", help.str());
+            tell("{}", wrong.str());
+            return code;
+        }
+        require_plain_numbers(parser);
+        return action();
     });
 }
 

@@ -77,14 +77,10 @@ script::Origin origin(const std::string& learner = {});
 /// The program's folder below the one that the variable names, otherwise below the user's home; empty without
 /// either.
 std::filesystem::path user_folder(const char* variable, const char* under_home);
-/// Runs the action and returns its exit code. Reports what it throws, and an output that could not be
+/// Reads the arguments, runs the action and returns its exit code. Reports what is wrong with the arguments,
+/// or prints the help that they ask for; reports what the action throws, and an output that could not be
 /// written.
-int guarded(const std::function<int()>& action);
-/// Throws InputError for an option that takes numbers and was given one that is not finite, or one that CLI11
-/// does not read as decimal: 010, 0x10.
-void require_plain_numbers(const CLI::App&);
-/// Reports what is wrong with the arguments, or prints the help that they ask for. Returns the exit code.
-int exit_code_of(const CLI::App&, const CLI::ParseError&);
+int run_action(CLI::App&, int count, char** values, const std::function<int()>& action);
 /// Throws InputError unless the option --out names a .png that can be written. To be called before any work.
 void require_picture(const std::filesystem::path& out);
 /// The folder that is named, else the user's own cache, as of `play`.

@@ -14,16 +14,9 @@ int main(int count, char** values) {
         app::add_anatomy(parser), app::add_study(parser),  app::add_cache(parser), app::add_serve(parser),
         app::add_bake(parser)};
     parser.footer(commands[0].parser->get_footer());
-    try {
-        parser.parse(count, values);
-    } catch (const CLI::ParseError& error) {
-        return app::exit_code_of(parser, error);
-    }
-    for (const app::Command& command : commands)
-        if (*command.parser)
-            return app::guarded([&] {
-                app::require_plain_numbers(parser);
-                return command.action();
-            });
-    return app::bad_input;
+    return app::run_action(parser, count, values, [&]() -> int {
+        for (const app::Command& command : commands)
+            if (*command.parser) return command.action();
+        return app::bad_input;
+    });
 }

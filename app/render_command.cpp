@@ -6,6 +6,7 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
+#include "engine/run/picture_file.h"
 #include "engine/run/still.h"
 #include "render/xray/materials.h"
 
@@ -37,7 +38,7 @@ int render_image(const RenderArguments& arguments) {
     cache.folder = arguments.cache.empty() ? anatomy::cache_beside(arguments.out).string() : arguments.cache;
     ProgressBar bar;
     report_on(bar, cache);
-    run::write_still(arguments.out, run::render_still(scenario, script, request, cache));
+    run::write_picture(arguments.out, run::render_still(scenario, script, request, cache));
     return 0;
 }
 

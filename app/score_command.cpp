@@ -7,7 +7,7 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -52,7 +52,7 @@ Replayed replayed(const std::filesystem::path& file, const ScoreArguments& argum
             if (!first) first = Clock::now();
             bar.show(static_cast<double>(p.frame) / p.frames, fmt::format("frame {}/{}", p.frame, p.frames));
         };
-        played.result = run::run_headless(played.scenario, played.recording, nullptr, options);
+        played.result = run::run_headless(played.scenario, played.recording, options);
     }
     if (first) played.seconds = std::chrono::duration<double>(Clock::now() - *first).count();
     for (const std::string& notice : played.result.notices) tell("note: {}\n", notice);

@@ -12,9 +12,8 @@
 #include "app/progress_bar.h"
 #include "engine/episode/frame_line.h"
 #include "engine/io/error.h"
-#include "engine/io/files.h"
 #include "engine/io/text.h"
-#include "render/picture/png.h"
+#include "engine/run/picture_file.h"
 
 namespace app {
 namespace {
@@ -100,8 +99,7 @@ private:
             throw io::InputError("'{}': 'image PIXELS FILE.png' is accepted", line);
         const std::string file = rest.substr(space + 1);
         episode_.require_no_input("image", file);
-        const auto png = render::encode_png(episode_.image(*pixels, episode::ImageMode::Live));
-        io::write_whole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+        run::write_picture(file, episode_.image(*pixels, episode::ImageMode::Live));
         return fmt::format("{{\"image\":{}}}", episode::quoted(file));
     }
 

@@ -53,7 +53,7 @@ int show(const ShowArguments& arguments) {
                                    1.6 + 0.8 * static_cast<double>(k)});
             }
         };
-        result = run::run_headless(scenario, script, nullptr, options);
+        result = run::run_headless(scenario, script, options);
     }
     if (result.interrupted) return interrupted;
     anatomy->name = scenario.title;

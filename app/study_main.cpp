@@ -105,13 +105,5 @@ int main(int count, char** values) {
         "  seldinger study accuracy --quick --out study        one of them, as a try\n"
         "  seldinger study all --out studies                   all, on one page\n"
         "Exit codes: 0 done, 2 bad input, 130 interrupted.");
-    try {
-        parser.parse(count, values);
-    } catch (const CLI::ParseError& error) {
-        return app::exit_code_of(parser, error);
-    }
-    return app::guarded([&] {
-        app::require_plain_numbers(parser);
-        return app::study(arguments);
-    });
+    return app::run_action(parser, count, values, [&] { return app::study(arguments); });
 }

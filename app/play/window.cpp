@@ -247,9 +247,6 @@ Events Window::take_events() {
 bool Window::wants_to_close() const {
     return glfwWindowShouldClose(window_) != 0;
 }
-void Window::close() {
-    glfwSetWindowShouldClose(window_, GLFW_TRUE);
-}
 void Window::set_title(const std::string& title) {
     glfwSetWindowTitle(window_, title.c_str());
 }

@@ -64,7 +64,6 @@ public:
     /// Axes of a gamepad: push and turn, -1 to 1.
     std::array<double, 2> axes() const;
     bool wants_to_close() const;
-    void close();
     void set_title(const std::string&);
     bool can_be_seen() const;  // neither minimised nor without area
 

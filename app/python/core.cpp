@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fmt/format.h>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -21,9 +22,8 @@
 #include "engine/episode/pool.h"
 #include "engine/exercise/score_file.h"
 #include "engine/io/error.h"
-#include "engine/io/files.h"
+#include "engine/run/picture_file.h"
 #include "physics/geometry/vec.h"
-#include "render/picture/png.h"
 
 namespace py = pybind11;
 
@@ -47,8 +47,8 @@ std::string text_of(double value) {
 /// A motion as a script would accept it.
 double checked(double value, double most, const char* what, const char* unit) {
     if (!(std::abs(value) <= most))
-        throw io::InputError(std::string(what) + ": " + text_of(value) + " " + unit + " was given; -" +
-                             text_of(most) + " to " + text_of(most) + " is accepted");
+        throw io::InputError("{0}: {1} {2} was given; -{3} to {3} is accepted", what, text_of(value), unit,
+                             text_of(most));
     return value;
 }
 
@@ -185,8 +185,9 @@ script::Held held_of(const py::object& device, const exercise::Simulation& simul
         if (index >= 0 && index < static_cast<Py_ssize_t>(simulation.devices().size()))
             return simulation.devices()[static_cast<std::size_t>(index)].role;
     }
-    throw io::InputError("device: expected the name or the place of a device, or 'all', found " +
-                         std::string(py::repr(device)) + "; the scenario has " + devices_of(simulation));
+    throw io::InputError(
+        "device: expected the name or the place of a device, or 'all', found {}; the scenario has {}",
+        std::string(py::repr(device)), devices_of(simulation));
 }
 
 episode::ImageMode mode_of(const std::string& mode) {
@@ -211,8 +212,9 @@ std::optional<Vec3> place_of(const py::object& given) {
 /// A place [mm], in the words of the argument `what`.
 Vec3 checked_place(const py::object& given, const char* what) {
     if (const std::optional<Vec3> place = place_of(given)) return *place;
-    throw io::InputError(std::string(what) + ": " + std::string(py::repr(given)) +
-                         " was given; three finite coordinates in mm, up to 10000 in size, are accepted");
+    throw io::InputError(
+        "{}: {} was given; three finite coordinates in mm, up to 10000 in size, are accepted", what,
+        std::string(py::repr(given)));
 }
 
 /// What a caller asked for in place of a target: the name of one or a place, a radius, or both.
@@ -224,9 +226,10 @@ struct Aim {
             centre = place_of(target);
             if (!centre)
                 throw io::InputError(
-                    "target: " + std::string(py::repr(target)) +
-                    " was given; the name of a target, or three finite coordinates in mm, up "
-                    "to 10000 in size, is accepted");
+                    "target: {} was given; the name of a target, or three finite coordinates in mm, up to "
+                    "10000 in "
+                    "size, is accepted",
+                    std::string(py::repr(target)));
         }
         if (radius && !(*radius >= 0.1 && *radius <= 100))
             throw io::InputError("radius_mm: " + text_of(*radius) + " was given; 0.1 to 100 is accepted");
@@ -254,8 +257,8 @@ class PanelOfSize {
 public:
     render::Panel& of(int width, int height) {
         if (width < 640 || width > 4096 || height < 512 || height > 4096)
-            throw io::InputError("panel: " + std::to_string(width) + " x " + std::to_string(height) +
-                                 " pixels were asked for; 640 x 512 to 4096 x 4096 is accepted");
+            throw io::InputError("panel: {} x {} pixels were asked for; 640 x 512 to 4096 x 4096 is accepted",
+                                 width, height);
         if (!panel_ || width != width_ || height != height_) {
             render::PanelSpec spec;
             spec.width = width_ = width;
@@ -432,8 +435,7 @@ protected:
     static std::string program() { return "seldinger " SELDINGER_VERSION; }
     static void require_frames(int frames) {
         if (frames < 1 || frames > script::largest_frame)
-            throw io::InputError("frames: " + std::to_string(frames) + " was given; 1 to " +
-                                 std::to_string(script::largest_frame) + " is accepted");
+            throw io::InputError("frames: {} was given; 1 to {} is accepted", frames, script::largest_frame);
     }
 
     int n_ = 0;                                       // 0 = not made yet
@@ -645,8 +647,7 @@ public:
         checked_count("threads", threads, 256);
         checked_count("points", points, 1000);
         if (!(spacing > 0 && spacing <= 100))
-            throw io::InputError("spacing_mm: " + text_of(spacing) +
-                                 " was given; above 0 to 100 is accepted");
+            throw io::InputError("spacing_mm: {} was given; above 0 to 100 is accepted", text_of(spacing));
         std::vector<std::unique_ptr<Episode>> episodes;
         while (static_cast<int>(episodes.size()) < n) {
             like.with(0, [&](Episode& episode) {
@@ -714,10 +715,11 @@ public:
                 const auto there = static_cast<int>(checked_at(i).simulation().devices().size());
                 if ((on && !on[i]) || there >= of) continue;
                 if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
-                throw io::InputError("simulation " + std::to_string(i) +
-                                     ": expected motions of its devices alone, or 0, found one of device " +
-                                     std::to_string(there) + "; the scenario has " +
-                                     devices_of(checked_at(i).simulation()));
+                throw io::InputError(
+                    "simulation {}: expected motions of its devices alone, or 0, found one of device {}; the "
+                    "scenario "
+                    "has {}",
+                    i, there, devices_of(checked_at(i).simulation()));
             }
         }
         for (int frame = 0; frame < frames; ++frame) {
@@ -828,7 +830,6 @@ public:
     }
 
 private:
-    /// Devices of the simulation that has most.
     /// What is said of motions of another shape than (simulations, devices, 2).
     std::string refused_shape(const Doubles& motions) {
         std::string found;
@@ -841,11 +842,12 @@ private:
         const auto with_most = std::find_if(episodes_.begin(), episodes_.end(), [&](const auto& episode) {
             return static_cast<int>(episode->simulation().devices().size()) == most;
         });
-        return "motions: expected an array of shape (" + std::to_string(size()) + ", " +
-               (most == 1 ? "1" : "1 to " + std::to_string(most)) +
-               ", 2), mm and rad of each device, found (" + found + "); the devices are " +
-               devices_of((*with_most)->simulation());
+        return fmt::format(
+            "motions: expected an array of shape ({}, {}{}, 2), mm and rad of each device, found ({}); the "
+            "devices are {}",
+            size(), most == 1 ? "" : "1 to ", most, found, devices_of((*with_most)->simulation()));
     }
+    /// Devices of the simulation that has most.
     int most_devices() const {
         std::size_t most = 1;
         for (const auto& episode : episodes_) most = std::max(most, episode->simulation().devices().size());
@@ -859,16 +861,14 @@ private:
     }
     static void checked_count(const char* what, int value, int most) {
         if (value < 1 || value > most)
-            throw io::InputError(std::string(what) + ": " + std::to_string(value) + " was given; 1 to " +
-                                 std::to_string(most) + " is accepted");
+            throw io::InputError("{}: {} was given; 1 to {} is accepted", what, value, most);
     }
     std::optional<Flags> checked_mask(const py::object& given, const char* what) const {
         if (given.is_none()) return {};
         const py::array any = py::array::ensure(given);
         if (any && any.dtype().kind() == 'b' && any.ndim() == 1 && any.shape(0) == size()) return Flags(any);
-        throw io::InputError(std::string(what) + ": " + std::string(py::repr(given)) +
-                             " was given; a mask, an array of " + std::to_string(size()) +
-                             " truth values, is accepted");
+        throw io::InputError("{}: {} was given; a mask, an array of {} truth values, is accepted", what,
+                             std::string(py::repr(given)), size());
     }
     episode::Camera& camera_of(Episode& episode, int thread) {
         return cameras_[static_cast<std::size_t>(thread)].of(episode.simulation(), cache_);
@@ -976,10 +976,10 @@ void write_png(const std::filesystem::path& path, const py::object& given) {
     std::vector<std::uint8_t> pixels(image.data(), image.data() + image.size());
     if (kind == 'b')
         for (std::uint8_t& pixel : pixels) pixel = pixel != 0 ? 255 : 0;
-    const std::vector<std::uint8_t> bytes =
-        colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
-               : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
-    io::write_whole(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (colour)
+        run::write_picture(path, render::ColourImage{width, height, std::move(pixels)});
+    else
+        run::write_picture(path, render::GrayImage{width, height, std::move(pixels)});
 }
 
 }  // namespace

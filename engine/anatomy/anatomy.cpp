@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/anatomy/behind_ends.h"
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -14,10 +13,11 @@
 #include "physics/geometry/mesh_topology.h"
 
 namespace anatomy {
-namespace {
 
 using geometry::CentrelineBranch;
 using geometry::Vec3;
+
+namespace {
 
 /// An opening matches its declaration when the rim's centre lies this near to the declared centre.
 double tolerance(const geometry::OpenEnd& end) {
@@ -371,6 +371,24 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
     path.points.insert(path.points.begin(), opening.centre);
     path.radii.insert(path.radii.begin(), opening.radius);
     return path;
+}
+
+double ball_behind(const geometry::MeshQuery& wall, const geometry::Vec3& centre,
+                   const geometry::Vec3& outward, double radius) {
+    double largest = 0;
+    for (double depth = 0.25; depth <= 2; depth += 0.25)
+        largest = std::max(largest, wall.distance(centre - depth * radius * outward));
+    return largest;
+}
+
+VesselPlace place_behind(const Anatomy& anatomy, const geometry::OpenEnd& end, double way) {
+    VesselPlace place = nearest_place(anatomy, end.centre);
+    const geometry::Polyline& line = anatomy.branches[place.branch].points;
+    const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
+    int& at = place.sample;
+    for (double passed = 0; passed < way && at + step >= 0 && at + step <= last; at += step)
+        passed += (line[at + step] - line[at]).norm();
+    return place;
 }
 
 }  // namespace anatomy

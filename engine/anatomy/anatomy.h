@@ -9,6 +9,7 @@
 
 #include "physics/geometry/centreline_tree.h"
 #include "physics/geometry/landmark.h"
+#include "physics/geometry/mesh_query.h"
 
 namespace anatomy {
 
@@ -85,5 +86,13 @@ struct EntryPath {
     std::vector<double> radii;  // [mm]
 };
 EntryPath path_from(const Anatomy&, int end);
+
+/// Radius of the largest of the balls in the lumen at depths of 0.25 to 2 radii behind an opening [mm].
+double ball_behind(const geometry::MeshQuery& wall, const geometry::Vec3& centre,
+                   const geometry::Vec3& outward, double radius);
+
+/// The first place on the branch nearest to an end that is at least this way [mm] along it from there; the
+/// last one of a shorter branch. Expects branches of two samples or more.
+VesselPlace place_behind(const Anatomy&, const geometry::OpenEnd&, double way);
 
 }  // namespace anatomy

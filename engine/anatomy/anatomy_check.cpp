@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/anatomy/behind_ends.h"
+#include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_query.h"

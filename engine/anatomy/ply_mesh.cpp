@@ -57,7 +57,7 @@ struct PlyHeader {
 };
 
 constexpr std::size_t longest_header = 64 * 1024;  // [bytes]
-constexpr int most_corners_of_face = 1000, longest_list = 1000000;
+constexpr int longest_list = 1000000;
 constexpr int most_ply_properties = 100, most_ply_elements = 100;
 
 io::NumberType type_of(TextScanner& words) {

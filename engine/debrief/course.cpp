@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/debrief/page_text.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/io/csv.h"
 #include "engine/io/depth.h"
 #include "engine/io/error.h"
@@ -104,7 +104,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
             played.same_origin = true;
             played.cache = options.cache;
             played.interrupted = options.interrupted;
-            const run::RunResult result = run::run_headless(scenario, recording, nullptr, played);
+            const run::RunResult result = run::run_headless(scenario, recording, played);
             if (result.interrupted) return {};
             for (const exercise::Score& score : result.earlier) rows.push_back(row_of(score, scenario));
             rows.push_back(row_of(result.score, scenario));

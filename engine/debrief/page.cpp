@@ -7,7 +7,7 @@
 
 #include "engine/debrief/chart.h"
 #include "engine/debrief/page_text.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/io/text.h"
 #include "physics/geometry/vec.h"
 

@@ -72,7 +72,7 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
         if (frame.motion.reset) story.moments.clear();
         story.moments.push_back(moment_of(frame));
     };
-    const run::RunResult result = run::run_headless(scenario, recording, nullptr, played);
+    const run::RunResult result = run::run_headless(scenario, recording, played);
     if (result.interrupted) return std::nullopt;
     story.scenario = scenario;
     story.score = result.score;
@@ -92,7 +92,7 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
         played.progress = [&](const run::Progress& p) {
             options.progress(static_cast<double>(p.frame) / p.frames, "taking pictures");
         };
-    const run::RunResult pictured = run::run_headless(scenario, recording, nullptr, played);
+    const run::RunResult pictured = run::run_headless(scenario, recording, played);
     if (pictured.interrupted) return std::nullopt;
     story.score.air_kerma = pictured.score.air_kerma;
     story.score.area_product = pictured.score.area_product;

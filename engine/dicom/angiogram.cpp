@@ -143,7 +143,6 @@ Angiogram::Angiogram(Series series) : content_(std::make_unique<Content>()) {
 }
 
 Angiogram::~Angiogram() = default;
-Angiogram::Angiogram(Angiogram&&) noexcept = default;
 
 const Series& Angiogram::series() const {
     return content_->series;

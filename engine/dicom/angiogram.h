@@ -48,7 +48,6 @@ public:
     /// Throws InputError for an arm that has no picture.
     explicit Angiogram(Series);
     ~Angiogram();
-    Angiogram(Angiogram&&) noexcept;
 
     /// A frame at `seconds` of the run, later than the last. Throws std::invalid_argument for an image of
     /// another size or of other pixels than the series.

@@ -266,9 +266,9 @@ void Episode::follow_room() {
 
 render::ColourImage Episode::panel(render::Panel& drawn, Camera* with, std::optional<std::uint64_t> seed) {
     if (!room_) throw io::InputError("the panel was asked for; it is accepted with panel=True");
-    const exercise::Frame frame{exercise_.time(), {}, {}, simulation(), exercise_.monitor(),
-                                exercise_.dose()};
-    const exercise::Monitor* monitor = exercise_.monitor();
+    const exercise::Monitor* const monitor = exercise_.monitor();
+    const exercise::Dose* const dose = exercise_.dose();
+    const exercise::Frame frame{exercise_.time(), {}, exercise::StepReport(), simulation(), monitor, dose};
     const render::GrayImage image =
         monitor
             ? exercise_.image()

@@ -9,7 +9,7 @@
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
 #include "engine/patient/ct_patient.h"
-#include "engine/scenario/vessel_motion.h"
+#include "engine/scenario/breathing.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/organ_motion.h"
 #include "render/patient/solids.h"

@@ -1,6 +1,7 @@
 #pragma once
-/// What an attempt is judged by. Completion time runs from the first motion of the wire to the first frame at
-/// which the tip has stayed within the target's radius for the hold. Time is frame divided by frame rate.
+/// What an attempt is judged by, and what it is worth against its par. Completion time runs from the first
+/// motion of the wire to the first frame at which the tip has stayed within the target's radius for the hold.
+/// Time is frame divided by frame rate.
 
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "engine/exercise/frame.h"
 #include "engine/exercise/handling.h"
 #include "engine/exercise/wrong_turns.h"
+#include "engine/scenario/scenario.h"
 
 namespace exercise {
 
@@ -112,5 +114,29 @@ private:
     script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
     std::vector<render::CArm> views_;
 };
+
+struct GradeLine {
+    std::string name, unit;
+    std::optional<double> yours;  // empty: not reached
+    std::optional<double> par;    // empty: there is none, and the line costs nothing
+    double most = 0;              // points that it can cost at most
+    double cost = 0;              // points
+};
+
+struct Grade {
+    bool reached = false;
+    std::vector<GradeLine> lines;
+    double points = 0;  // 100 less all costs; 0 when the target was not reached
+};
+
+/// How points are lost, in words.
+extern const char* const grade_formula;
+
+/// A line above its par costs most · min(1, yours / par − 1); each entry into a wrong branch and each error
+/// of handling costs its points, up to the line's most.
+Grade grade(const Score&, const scenario::Par&);
+
+/// The figures of a score as a par.
+scenario::Par par_of(const Score&);
 
 }  // namespace exercise

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "physics/geometry/vec.h"
 
 namespace exercise {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "engine/exercise/score.h"
-#include "engine/scenario/lesson.h"
+#include "engine/scenario/scenario.h"
 
 namespace exercise {
 

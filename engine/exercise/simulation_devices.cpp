@@ -8,7 +8,6 @@
 
 #include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
-#include "engine/exercise/lumen_flow.h"
 #include "engine/exercise/simulation.h"
 
 namespace exercise {

@@ -59,16 +59,4 @@ void WrongTurns::observe(const anatomy::Anatomy& anatomy, const geometry::Vec3& 
     inside_ = nearest;
 }
 
-int WrongTurns::entries() const {
-    int sum = 0;
-    for (const WrongBranch& branch : found_) sum += branch.entries;
-    return sum;
-}
-
-double WrongTurns::seconds() const {
-    double sum = 0;
-    for (const WrongBranch& branch : found_) sum += branch.seconds;
-    return sum;
-}
-
 }  // namespace exercise

@@ -29,8 +29,6 @@ public:
     void observe(const anatomy::Anatomy&, const geometry::Vec3& tip, double seconds);
     /// In the order of their first entry.
     const std::vector<WrongBranch>& branches() const { return found_; }
-    int entries() const;
-    double seconds() const;
     void state(geometry::StateStream& s) { s(found_, inside_); }
 
 private:

@@ -253,9 +253,6 @@ GrowingFile::~GrowingFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-GrowingFile::GrowingFile(GrowingFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
-
 void GrowingFile::append(std::string_view piece) {
     if (const int reason = write_all(descriptor_, piece); reason != 0) {
         if (::ftruncate(descriptor_, size_) == 0) ::lseek(descriptor_, size_, SEEK_SET);

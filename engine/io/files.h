@@ -67,7 +67,6 @@ public:
     /// process is writing it.
     explicit GrowingFile(const std::filesystem::path&);
     ~GrowingFile();
-    GrowingFile(GrowingFile&&) noexcept;
     GrowingFile(const GrowingFile&) = delete;
     GrowingFile& operator=(const GrowingFile&) = delete;
     GrowingFile& operator=(GrowingFile&&) = delete;

@@ -35,20 +35,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-template <class Words>
-std::string join(const Words& words, std::string_view separator) {
-    std::string text;
-    for (const auto& word : words) {
-        if (!text.empty()) text += separator;
-        text += word;
-    }
-    return text;
-}
-
-}  // namespace
-
-namespace {
-
 /// Bytes of the character of UTF-8 that the text, which is not empty, begins with; 0 where there is none.
 std::size_t character_length(std::string_view text) {
     const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -184,10 +170,7 @@ std::optional<int> parse_integer(std::string_view word) {
 }
 
 std::string hash_text(std::uint64_t hash) {
-    constexpr std::string_view digits = "0123456789abcdef";
-    std::string text(16, '0');
-    for (int i = 15; i >= 0; --i, hash >>= 4) text[i] = digits[hash & 15];
-    return text;
+    return fmt::format("{:016x}", hash);
 }
 
 std::optional<std::uint64_t> parse_hash(std::string_view word) {
@@ -241,10 +224,10 @@ std::vector<std::string_view> words_of(std::string_view text) {
 }
 
 std::string joined(std::span<const std::string_view> words, std::string_view separator) {
-    return join(words, separator);
+    return fmt::to_string(fmt::join(words, separator));
 }
 std::string joined(const std::vector<std::string>& words, std::string_view separator) {
-    return join(words, separator);
+    return fmt::to_string(fmt::join(words, separator));
 }
 
 std::string place_text(const geometry::Vec3& p) {

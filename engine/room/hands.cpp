@@ -57,11 +57,6 @@ void Input::add(const Input& later) {
     table_head += later.table_head;
 }
 
-void Input::release() {
-    held.reset();
-    push = turn = 0;
-}
-
 Hands::Hands(KeyMap keys, double frame_time) : keys_(std::move(keys)), frame_time_(frame_time) {}
 
 void Hands::rest() {

@@ -25,8 +25,6 @@ struct Input {
     bool holds(Action a) const { return held.test(static_cast<std::size_t>(a)); }
     /// Adds later input: movements are summed, what was held or pressed stays.
     void add(const Input& later);
-    /// Ends whatever goes on while it is held: nobody's hand is on the table any more.
-    void release();
 };
 
 class Hands {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 

@@ -6,7 +6,7 @@
 
 #include "engine/exercise/imaging.h"
 #include "engine/io/text.h"
-#include "engine/run/deep_picture.h"
+#include "engine/run/picture_file.h"
 #include "physics/geometry/hash.h"
 
 namespace run {
@@ -74,7 +74,7 @@ bool AngiogramFolder::continues(const exercise::Frame& frame, const exercise::Pu
 }
 
 void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse& pulse) {
-    end();
+    finish();
     const bool shown = pixels_ == dicom::Pixels::Shown, dsa = pulse.mode == script::ImagingMode::Dsa;
     dicom::Series series;
     series.program = origin_.program;
@@ -97,7 +97,7 @@ void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse&
     open_.emplace(std::move(series));
 }
 
-void AngiogramFolder::end() {
+void AngiogramFolder::finish() {
     if (open_ && open_->frames() > 0) open_->write(folder_ / angiogram_file_name(number_));
     open_.reset();
 }
@@ -115,10 +115,6 @@ void AngiogramFolder::take(const exercise::Frame& frame, exercise::Monitor& moni
         open_->add(shown, technique, pulse->time.seconds);
     else
         open_->add(monitor.last_signal(), technique, pulse->time.seconds);
-}
-
-void AngiogramFolder::finish() {
-    end();
 }
 
 }  // namespace run

@@ -36,7 +36,6 @@ private:
     std::optional<double> agent_at(int frame) const;
     bool continues(const exercise::Frame&, const exercise::Pulse&) const;
     void begin(const exercise::Frame&, const exercise::Pulse&);
-    void end();
 
     std::filesystem::path folder_;
     dicom::Pixels pixels_;

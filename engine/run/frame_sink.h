@@ -1,21 +1,41 @@
 #pragma once
-/// Where the frames of a run go.
+/// Where the frames of a run go: files, written in order on a thread of their own.
 
+#include <condition_variable>
+#include <deque>
+#include <exception>
 #include <filesystem>
+#include <functional>
+#include <mutex>
 #include <string>
+#include <thread>
 
-#include "engine/run/write_queue.h"
 #include "render/picture/image.h"
 
 namespace run {
 
-class FrameSink {
+/// At most a few tasks wait, so that a slow disk slows the run down instead of filling the memory.
+class WriteQueue {
 public:
-    virtual ~FrameSink() = default;
-    /// Takes a frame. Throws InputError when this frame or an earlier one failed.
-    virtual void accept(int frame, const render::GrayImage&) = 0;
-    /// Returns when all frames have reached their destination. Throws like accept.
-    virtual void finish() = 0;
+    WriteQueue() : thread_([this] { work(); }) {}
+    /// Waits for what was put in; errors are lost.
+    ~WriteQueue() { close(); }
+
+    /// Throws what an earlier task threw; after such a failure nothing more is done.
+    void put(std::function<void()> task);
+    /// Returns when all is done. Throws like put. Nothing may be put in later.
+    void finish();
+
+private:
+    void work();
+    void close();
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<std::function<void()>> waiting_;  // guarded by the mutex, like what follows
+    bool closing_ = false;
+    std::exception_ptr failure_;
+    std::thread thread_;  // last: it uses all others
 };
 
 /// frame_000123.png
@@ -24,13 +44,15 @@ std::string frame_file_name(int frame);
 int frame_of_file_name(const std::string&);
 
 /// Writes PNG files on a thread of its own.
-class PngFolder final : public FrameSink {
+class PngFolder {
 public:
     explicit PngFolder(std::filesystem::path folder);  // the folder must exist
 
-    void accept(int frame, const render::GrayImage&) override;
+    /// Takes a frame. Throws InputError when this frame or an earlier one failed.
+    void accept(int frame, const render::GrayImage&);
     void accept(int frame, const render::ColourImage&);
-    void finish() override;
+    /// Returns when all frames are written. Throws like accept.
+    void finish();
 
 private:
     std::filesystem::path folder_;

@@ -92,7 +92,7 @@ public:
         panels_.emplace(folder.panel());
     }
 
-    FrameSink* frames() { return frames_ ? &*frames_ : nullptr; }
+    bool has_images() const { return frames_.has_value(); }
     void frame(const exercise::Frame& frame, const exercise::Exercise& exercise) {
         if (panel_) readout_.observe(frame, exercise.score());
         if (trace_) trace_file_->append(trace_->rows(frame, exercise.score()));
@@ -100,6 +100,7 @@ public:
     /// Writes a frame that has an image. Returns whether `stops` said that the run is to end.
     bool image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image,
                const std::function<bool()>& stops) {
+        frames_->accept(frame.time.index, image);
         sheet_.accept(frame.time.index, image);
         if (panel_)
             panels_->accept(frame.time.index, panel_->draw(image, frame.monitor->reference(),
@@ -113,6 +114,9 @@ public:
     }
     void hurry() {
         if (truth_) truth_->hurry();
+    }
+    void finish_images() {
+        if (frames_) frames_->finish();
     }
     void finish(const RunResult& result, const script::Origin& origin) {
         if (panels_) panels_->finish();
@@ -137,7 +141,8 @@ private:
 };
 
 RunResult run(exercise::Exercise& exercise, const script::CommandScript& script, Expectation& expectation,
-              FrameSink* sink, FolderOutputs* outputs, const RunOptions& options) {
+              FolderOutputs* outputs, const RunOptions& options) {
+    const bool images = outputs && outputs->has_images();
     RunResult result;
     exercise::Notices notices;
     std::vector<script::Command> commands;
@@ -155,14 +160,11 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
         result.interrupted = options.interrupted && index < last && options.interrupted();
         result.time_is_up = exercise.time_is_up();
         bool ends = result.interrupted || result.time_is_up;
-        if (sink && (shows(index, last, options.every) || ends)) {
+        if (images && (shows(index, last, options.every) || ends)) {
             const render::GrayImage& image = exercise.image();
-            sink->accept(index, image);
-            if (outputs)
-                result.interrupted |= outputs->image(frame, exercise, image, [&] {
-                    return result.interrupted ||
-                           (options.interrupted && index < last && options.interrupted());
-                });
+            result.interrupted |= outputs->image(frame, exercise, image, [&] {
+                return result.interrupted || (options.interrupted && index < last && options.interrupted());
+            });
             ends |= result.interrupted;
             expectation.check_frame(index, image);
         }
@@ -173,9 +175,9 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
         if (ends) break;
     }
     if (result.interrupted && outputs) outputs->hurry();
-    if (sink) sink->finish();
+    if (outputs) outputs->finish_images();
     result.state_hash = exercise.simulation().state_hash();
-    expectation.finish(result.frames - 1, result.interrupted, sink != nullptr);
+    expectation.finish(result.frames - 1, result.interrupted, images);
     result.score = exercise.finish();
     result.earlier.assign(exercise.earlier_attempts().begin(), exercise.earlier_attempts().end());
     result.par = exercise.simulation().scenario().lesson.par;
@@ -232,18 +234,11 @@ std::vector<std::string> other_scenario(const std::optional<script::Origin>& ori
     return {};
 }
 
-void refuse_origin(const script::CommandScript& script, const RunOptions& options,
-                   const std::vector<std::string>& wrong) {
+/// `wrong`: how the script's origin differs from what it is played in.
+void require_origin(const script::CommandScript& script, const RunOptions& options,
+                    const std::vector<std::string>& wrong) {
     if (options.same_origin && !wrong.empty())
         throw io::InputError("{}: {}; --force goes on", script.file, io::joined(wrong, "; "));
-}
-void require_origin(const scenario::Scenario& here, const script::CommandScript& script,
-                    const RunOptions& options) {
-    refuse_origin(script, options, other_scenario(script.origin, here));
-}
-void require_origin(const exercise::Simulation& simulation, const script::CommandScript& script,
-                    const RunOptions& options) {
-    refuse_origin(script, options, other_origin(script.origin, simulation));
 }
 
 exercise::Pictures pictures_of(bool images, const RunOptions& options) {
@@ -277,14 +272,14 @@ void check(const scenario::Scenario& scenario, const script::CommandScript& scri
 }
 
 RunResult run_headless(const scenario::Scenario& scenario, const script::CommandScript& script,
-                       FrameSink* sink, const RunOptions& options) {
+                       const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    require_origin(scenario, script, options);
-    exercise::Exercise exercise(scenario, pictures_of(sink || options.images_for_observer, options),
-                                options.cache, &script);
-    require_origin(exercise.simulation(), script, options);
-    return run(exercise, script, expectation, sink, nullptr, options);
+    require_origin(script, options, other_scenario(script.origin, scenario));
+    exercise::Exercise exercise(scenario, pictures_of(options.images_for_observer, options), options.cache,
+                                &script);
+    require_origin(script, options, other_origin(script.origin, exercise.simulation()));
+    return run(exercise, script, expectation, nullptr, options);
 }
 
 RunResult run_headless(const scenario::Scenario& scenario, const script::CommandScript& script,
@@ -304,15 +299,15 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     if (!options.trace.empty()) io::require_writable(options.trace);
     anatomy::ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
-    require_origin(scenario, script, options);
+    require_origin(script, options, other_scenario(script.origin, scenario));
     exercise::Exercise exercise(scenario, pictures_of(options.images, options), cache, &script);
-    require_origin(exercise.simulation(), script, options);
+    require_origin(script, options, other_origin(script.origin, exercise.simulation()));
 
     folder.take_out_earlier_run();
     FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate,
                           exercise.simulation(), script);
     exercise.record(folder.recording(), {options.origin, options.hash_every});
-    const RunResult result = run(exercise, script, expectation, outputs.frames(), &outputs, options);
+    const RunResult result = run(exercise, script, expectation, &outputs, options);
     exercise.close_recording();
     outputs.finish(result, options.origin);
     return result;

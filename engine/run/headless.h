@@ -39,7 +39,7 @@ struct RunOptions {
     std::function<bool()> interrupted;              // asked after each frame; true ends the run
     /// Sees each frame; may ask for its image where there are images.
     std::function<void(const exercise::Frame&, exercise::Exercise&)> observer;
-    bool images_for_observer = false;  // also without a sink
+    bool images_for_observer = false;  // of a run without files
 };
 
 struct RunResult {
@@ -68,8 +68,7 @@ std::vector<std::string> other_origin(const std::optional<script::Origin>&, cons
 RunResult run_headless(const scenario::Scenario&, const script::CommandScript&,
                        const std::filesystem::path& out, const RunOptions&);
 
-/// The same without files: images go to `sink`, if there is one.
-RunResult run_headless(const scenario::Scenario&, const script::CommandScript&, FrameSink* sink,
-                       const RunOptions& = {});
+/// The same without files.
+RunResult run_headless(const scenario::Scenario&, const script::CommandScript&, const RunOptions& = {});
 
 }  // namespace run

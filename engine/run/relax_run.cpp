@@ -1,7 +1,10 @@
 #include "engine/run/relax_run.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "engine/anatomy/anatomy.h"
@@ -11,10 +14,17 @@
 #include "engine/io/files.h"
 #include "engine/io/outputs.h"
 #include "engine/io/table.h"
+#include "engine/io/text.h"
 #include "engine/run/relax_method.h"
+#include "physics/geometry/polyline.h"
+#include "physics/wall/tube_wall.h"
 
 namespace run {
 namespace {
+
+using geometry::Polyline;
+using geometry::Vec3;
+using physics::Chain;
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -62,6 +72,288 @@ void check_writable(const fs::path& file) {
         return io::require_writable(file);
     throw io::InputError("{}: cannot be written: {}; a file in an existing folder is accepted", file.string(),
                          reason);
+}
+
+constexpr int most_segments = 20'000;
+constexpr double spacing = 1e-4;  // largest relative difference of a segment's length from the others'
+constexpr std::size_t most_wall_terms = 64;
+constexpr double heaviest = 100;  // load [N/mm]
+
+[[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
+    throw io::InputError("{}: {}; {}", where, found, accepted);
+}
+
+void need_above_zero(const char* flag, double value, double most, const char* unit) {
+    if (std::isfinite(value) && value > 0 && value <= most) return;
+    refuse(flag, fmt::format("'{}' was found", io::number_text(value)),
+           fmt::format("a number above 0 up to {:g} {} is accepted", most, unit));
+}
+
+void check_numbers(const RelaxRequest& r) {
+    need_above_zero("--rigidity", r.rigidity, physics::DeviceLimits::rigidity, "N·mm²");
+    need_above_zero("--wall-stiffness", r.wall_stiffness, 1e6, "N/mm");
+    if (r.radius) need_above_zero("--radius", *r.radius, 100, "mm");
+    if (r.segment_length)
+        need_above_zero("--segment-length", *r.segment_length, physics::DeviceLimits::segment_length, "mm");
+    if (r.tolerance) need_above_zero("--tolerance", *r.tolerance, 1, "(|gradient| over C)");
+    if (!std::isfinite(r.wire_diameter) || r.wire_diameter < 0 ||
+        r.wire_diameter > physics::DeviceLimits::diameter)
+        refuse("--wire-diameter", fmt::format("'{}' was found", io::number_text(r.wire_diameter)),
+               fmt::format("0 to {:g} mm are accepted", physics::DeviceLimits::diameter));
+    if (r.segments && (*r.segments < 2 || *r.segments > most_segments))
+        refuse("--segments", fmt::format("'{}' was found", *r.segments),
+               fmt::format("2 to {} segments are accepted", most_segments));
+    if (r.cycles && (*r.cycles < 1 || *r.cycles > 1'000'000))
+        refuse("--cycles", fmt::format("'{}' was found", *r.cycles), "1 to 1000000 cycles are accepted");
+}
+
+/// The numbers of "X,Y,Z", finite ones.
+std::optional<Vec3> three_numbers(const std::string& text) {
+    const std::vector<std::string_view> parts = io::split(text, ',');
+    if (parts.size() != 3) return std::nullopt;
+    Vec3 v;
+    for (int k = 0; k < 3; ++k) v[k] = io::parse_number(parts[k]).value_or(std::nan(""));
+    return v.allFinite() ? std::optional(v) : std::nullopt;
+}
+
+/// The terms of a file; a seed's are drawn.
+std::optional<physics::WallVariation> variation_of(const RelaxRequest& r) {
+    if (!r.wall_variation) {
+        if (r.wall_variation_length)
+            refuse("--wall-variation-length", "nothing varies", "it goes with --wall-variation");
+        return std::nullopt;
+    }
+    const std::string& word = *r.wall_variation;
+    physics::WallVariation variation;
+    if (!word.empty() && word.find_first_not_of("0123456789") == std::string::npos) {
+        std::uint64_t seed = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seed);
+        if (error != std::errc())
+            refuse("--wall-variation", fmt::format("'{}' was found", word),
+                   "a seed below 2^64, or a file of terms, is accepted");
+        variation = physics::drawn_variation(seed);
+    } else {
+        const std::string text = io::read_text(
+            word, "--wall-variation",
+            fmt::format("a seed, or a CSV file with the header '{}', is accepted", variation_header));
+        double sum = 0;
+        const auto rows = io::parse_csv(text, word, variation_header);
+        if (rows.empty() || rows.size() > most_wall_terms)
+            refuse(io::located({word, 2, 1}, fmt::format("{} terms were found", rows.size())), "Eq. 41",
+                   fmt::format("1 to {} are accepted", most_wall_terms));
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const int line = static_cast<int>(i) + 2;
+            sum += std::abs(rows[i][0]);
+            if (sum >= 1)
+                throw io::InputError(io::located(
+                    {word, line, 1}, fmt::format("the shares add up to {:.4g} here, so that the stiffness "
+                                                 "could reach 0; less than 1 is accepted",
+                                                 sum)));
+            variation.terms.push_back({rows[i][0], rows[i][1] * geometry::degree});
+        }
+    }
+    if (r.wall_variation_length) {
+        need_above_zero("--wall-variation-length", *r.wall_variation_length, 1e5, "mm");
+        variation.length = *r.wall_variation_length;
+    }
+    return variation;
+}
+
+physics::EndCells end_cells(const RelaxRequest& r) {
+    if (r.clamp == "half") return physics::EndCells::Half;
+    if (r.clamp == "paper") return physics::EndCells::Paper;
+    refuse("--clamp", fmt::format("'{}' was found", r.clamp), "half or paper is accepted");
+}
+
+Vec3 load_of(const RelaxRequest& r) {
+    if (!r.load) return Vec3::Zero();
+    const std::optional<Vec3> load = three_numbers(*r.load);
+    if (!load || load->norm() > heaviest)
+        refuse("--load", fmt::format("'{}' was found", *r.load),
+               fmt::format("three numbers X,Y,Z of a force up to {:g} N/mm are accepted", heaviest));
+    return *load;
+}
+
+void check_combination(const RelaxRequest& r) {
+    if (r.tube.has_value() == r.anatomy.has_value())
+        refuse("--tube, --anatomy", r.tube ? "both were given" : "neither was given",
+               "one of them is accepted");
+    if (r.tube && !r.radius) refuse("--radius", "it is missing", "the radius of the tube is needed");
+    if (r.anatomy && r.radius) refuse("--radius", "an anatomy has its own radii", "it goes with --tube");
+    if (r.branch && !r.anatomy) refuse("--branch", "a tube has no branches", "it goes with --anatomy");
+    if (r.wire && (r.segments || r.segment_length))
+        refuse("--wire", "the file gives the segments and their length",
+               "either --wire or --segments and --segment-length are accepted");
+    if (!r.wire && !(r.segments && r.segment_length))
+        refuse(r.segments ? "--segment-length" : "--segments", "it is missing",
+               "either --wire or both --segments and --segment-length are accepted");
+    if (r.push_from && r.wire)
+        refuse("--push-from", "a wire from a file has all its segments",
+               "it goes with --segments and --segment-length");
+    if (r.push_from && (*r.push_from < 2 || *r.push_from >= *r.segments))
+        refuse("--push-from", fmt::format("'{}' was found", *r.push_from),
+               fmt::format("2 to {} segments are accepted, fewer than --segments", *r.segments - 1));
+}
+
+/// Where the wire may start, and the wall that stops it.
+struct Vessel {
+    std::string name;  // for messages
+    std::unique_ptr<const physics::LumenWall> wall;
+    Polyline path;
+    std::vector<geometry::OpenEnd> ends;
+    physics::WallStiffness stiffness;
+};
+
+Vessel tube_vessel(const RelaxRequest& r, const std::optional<physics::WallVariation>& variation) {
+    const std::string file = r.tube->string();
+    Vessel vessel{file, nullptr, io::load_points(*r.tube), {}, r.wall_stiffness};
+    const Polyline& points = vessel.path;
+    if (points.size() < 2)
+        refuse(io::located(
+                   {file, static_cast<int>(points.size()) + 1, 1},
+                   fmt::format("{} point{} found", points.size(), points.size() == 1 ? " was" : "s were")),
+               "a centreline", "two points or more are accepted");
+    for (std::size_t i = 1; i < points.size(); ++i) {
+        if ((points[i] - points[i - 1]).norm() >= 1e-9) continue;
+        throw io::InputError(
+            io::located({file, static_cast<int>(i) + 2, 1},
+                        "the point repeats the line before; points 1e-9 mm apart or more are "
+                        "accepted"));
+    }
+    if (!physics::enters(r.wire_diameter, *r.radius))
+        refuse("--radius",
+               fmt::format("a tube of radius {:g} mm does not take a wire of diameter {:g} mm", *r.radius,
+                           r.wire_diameter),
+               fmt::format("a radius above {:g} mm is accepted", 0.5 * r.wire_diameter));
+    if (variation) vessel.stiffness = variation->of(r.wall_stiffness, geometry::length_of(points));
+    vessel.wall =
+        std::make_unique<physics::TubeWall>(points, *r.radius, vessel.stiffness, 0.5 * r.wire_diameter);
+    return vessel;
+}
+
+/// The open end at which a branch ends.
+int end_of_branch(const anatomy::Anatomy& anatomy, const geometry::CentrelineBranch& branch) {
+    int best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < anatomy.ends.size(); ++i) {
+        const double distance = (anatomy.ends[i].opening.centre - branch.points.back()).norm();
+        if (distance < least) least = distance, best = static_cast<int>(i);
+    }
+    return best;
+}
+
+Vessel anatomy_vessel(const RelaxRequest& r, const std::optional<physics::WallVariation>& variation) {
+    const anatomy::Anatomy anatomy = anatomy::load_anatomy(*r.anatomy);
+    const geometry::CentrelineBranch* branch = r.branch ? nullptr : &anatomy.branches.front();
+    std::vector<std::string> names;
+    for (const geometry::CentrelineBranch& known : anatomy.branches) {
+        if (r.branch && known.name == *r.branch) branch = &known;
+        names.push_back(known.name);
+    }
+    if (!branch)
+        refuse("--branch", fmt::format("'{}' is no branch of {}", *r.branch, r.anatomy->string()),
+               fmt::format("branches are: {}", io::joined(names)));
+    const anatomy::EntryPath path = anatomy::path_from(anatomy, end_of_branch(anatomy, *branch));
+    const double narrowest = *std::min_element(branch->radii.begin(), branch->radii.end());
+    if (!physics::enters(r.wire_diameter, narrowest))
+        refuse("--wire-diameter",
+               fmt::format("branch '{}' is {:.3g} mm wide at its narrowest and does not take a wire of "
+                           "diameter {:g} mm",
+                           branch->name, 2 * narrowest, r.wire_diameter),
+               "a thinner wire is accepted");
+    const auto kind = r.wall == "mesh" ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
+    const physics::WallStiffness stiffness = anatomy::stiffness_of(anatomy, r.wall_stiffness, variation);
+    return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name),
+            anatomy::surface_wall(anatomy, kind, stiffness, 0.5 * r.wire_diameter, r.cache), path.points,
+            anatomy.openings(), stiffness};
+}
+
+/// The wire through these joints, which must be equally spaced.
+Chain wire_through(const Polyline& joints, const std::string& file, double rigidity, physics::EndCells ends) {
+    if (joints.size() < 3)
+        throw io::InputError(
+            io::located({file, static_cast<int>(joints.size()) + 1, 1},
+                        fmt::format("{} joints were found; 3 or more are accepted", joints.size())));
+    if (joints.size() > most_segments + 1)
+        throw io::InputError(io::located(
+            {file, most_segments + 3, 1},
+            fmt::format("{} joints were found; up to {} are accepted", joints.size(), most_segments + 1)));
+    std::vector<double> lengths;
+    std::vector<Vec3> tangents;
+    for (std::size_t i = 1; i < joints.size(); ++i) {
+        tangents.push_back(joints[i] - joints[i - 1]);
+        lengths.push_back(tangents.back().norm());
+    }
+    std::vector<double> sorted = lengths;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                     sorted.end());
+    const double usual = sorted[sorted.size() / 2];
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+        if (usual > 0 && std::abs(lengths[i] - usual) <= spacing * usual) continue;
+        throw io::InputError(io::located(
+            {file, static_cast<int>(i) + 3, 1},
+            fmt::format(
+                "joints {} and {} are {:.6g} mm apart, others {:.6g} mm; equal distances are accepted", i,
+                i + 1, lengths[i], usual)));
+    }
+    if (!(usual <= physics::DeviceLimits::segment_length))
+        throw io::InputError("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file, usual,
+                             physics::DeviceLimits::segment_length);
+    return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
+}
+
+double distance_to(const Polyline& path, const Vec3& x) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const Vec3 &a = path[i - 1], &b = path[i];
+        least = std::min(least, (a + geometry::closest_share(a, b, x) * (b - a) - x).norm());
+    }
+    return least;
+}
+
+/// Joints on the path; rejects wires longer than it, as wire_along continues straight and would leave the
+/// vessel.
+Chain wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity,
+              physics::EndCells ends) {
+    const double limit = 1e-6 * segment_length;
+    physics::DeviceSpec spec;
+    spec.sections = {{0, rigidity, rigidity}};
+    Chain wire = physics::wire_along(spec, {segment_length, ends}, vessel.path, segments);
+    if (distance_to(vessel.path, wire.tip()) <= limit) return wire;
+    int fits = segments;
+    while (fits > 0 && distance_to(vessel.path, wire.joints[fits]) > limit) --fits;
+    refuse("--segments",
+           fmt::format("{} segments of {:g} mm leave the end of {}", segments, segment_length, vessel.name),
+           fmt::format("up to {} are accepted", fits));
+}
+
+Vec3 direction(const std::string& text) {
+    const Vec3 u = three_numbers(text).value_or(Vec3::Zero());
+    if (u.isZero(0))
+        refuse("--entry-direction", fmt::format("'{}' was found", text),
+               "three numbers X,Y,Z that are not all zero are accepted");
+    return u.stableNormalized();
+}
+
+/// Every joint must start inside, or no deeper in the wall than that of a wire at rest may be.
+void check_inside(const Vessel& vessel, const Chain& wire, const std::string& name) {
+    std::vector<physics::WallContact> contacts(wire.joints.size());
+    vessel.wall->contacts(wire.joints, contacts);
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        for (const geometry::OpenEnd& end : vessel.ends) {
+            const Vec3 d = wire.joints[i] - end.centre;
+            const double out = d.dot(end.outward_normal);
+            if (out > 1e-6 && out < 4 * end.radius && d.norm() < 4 * end.radius)
+                refuse(name, fmt::format("joint {} is {:.3g} mm beyond the open end '{}'", i, out, end.name),
+                       "a wire that starts inside the lumen is accepted");
+        }
+        const double most = pressed_in * contacts[i].room;
+        if (contacts[i].penetration <= most) continue;
+        refuse(name,
+               fmt::format("joint {} starts {:.5g} mm outside the lumen of {}", i, contacts[i].penetration,
+                           vessel.name),
+               fmt::format("inside, or up to {:.5g} mm in the wall, is accepted", most));
+    }
 }
 
 }  // namespace
@@ -165,6 +457,42 @@ void write_files(const RelaxFiles& files, const RelaxOutcome& outcome) {
                                                                 {files.report, report}};
     if (!outcome.pushes.empty()) texts.emplace_back(files.push(), pushes);
     io::write_whole(texts);
+}
+
+RelaxCase make_relax_case(const RelaxRequest& r) {
+    RelaxCase result;
+    result.method = parse_method(r.method);
+    check_numbers(r);
+    check_combination(r);
+    const physics::EndCells ends = end_cells(r);
+    const Vec3 load = load_of(r);
+    // A push that the global relaxer has come to rest after costs no more, whatever it may cost.
+    const bool few = r.push_from && result.method.kind != physics::RelaxerKind::Global;
+    result.cycles = r.cycles.value_or(few ? usual_cycles_per_push : usual_cycles);
+    result.tolerance = r.tolerance;
+    if (r.tolerance) result.method.tolerance = *r.tolerance;
+
+    const auto variation = variation_of(r);
+    Vessel vessel = r.tube ? tube_vessel(r, variation) : anatomy_vessel(r, variation);
+    result.stiffness = vessel.stiffness;
+    if (r.wire) {
+        result.wire = wire_through(io::load_points(*r.wire), r.wire->string(), r.rigidity, ends);
+        result.segments = result.wire.segments();
+    } else {
+        result.segments = *r.segments;
+        result.wire = wire_on(vessel, result.segments, *r.segment_length, r.rigidity, ends);
+        if (r.push_from) result.wire = wire_on(vessel, *r.push_from, *r.segment_length, r.rigidity, ends);
+    }
+    result.wire.devices[0].spec.outer_diameter = r.wire_diameter;
+    result.wire.load = load;
+    if (r.entry_direction) {
+        result.wire.tangents[0] = direction(*r.entry_direction);
+        Vec3 other;
+        geometry::tangent_basis(result.wire.tangents[0], result.wire.base_director, other);
+    }
+    check_inside(vessel, result.wire, r.wire ? r.wire->string() : "--segments");
+    result.wall = std::move(vessel.wall);
+    return result;
 }
 
 }  // namespace run

@@ -6,7 +6,6 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
-#include "engine/run/picture_file.h"
 
 namespace run {
 
@@ -66,10 +65,6 @@ void check_still(const std::filesystem::path& path) {
         throw io::InputError("{}: cannot be written: there is no folder {}", path.string(),
                              path.parent_path().string());
     io::require_writable(path);
-}
-
-void write_still(const std::filesystem::path& path, const render::GrayImage& image) {
-    write_picture(path, image);
 }
 
 }  // namespace run

@@ -23,7 +23,5 @@ render::GrayImage render_still(const scenario::Scenario&, const script::CommandS
 
 /// To be called before any work: throws InputError unless the picture is named .png and can be written.
 void check_still(const std::filesystem::path&);
-/// Throws InputError when the PNG cannot be written.
-void write_still(const std::filesystem::path&, const render::GrayImage&);
 
 }  // namespace run

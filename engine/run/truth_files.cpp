@@ -9,7 +9,6 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/run/deep_picture.h"
 #include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
 #include "physics/geometry/vec.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine/exercise/exercise.h"
-#include "engine/run/write_queue.h"
+#include "engine/run/frame_sink.h"
 
 namespace run {
 

@@ -17,9 +17,8 @@
 #include "engine/io/error.h"
 #include "engine/io/outputs.h"
 #include "engine/patient/patient_files.h"
+#include "engine/scenario/breathing.h"
 #include "engine/scenario/device.h"
-#include "engine/scenario/lesson.h"
-#include "engine/scenario/vessel_motion.h"
 #include "engine/script/command.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/wall_stiffness.h"
@@ -27,6 +26,33 @@
 #include "render/xray/c_arm.h"
 
 namespace scenario {
+
+/// Figures of a good attempt; those that are empty are not graded.
+struct Par {
+    std::optional<double> completion_time;  // [s]
+    std::optional<double> beam_on_time;     // [s]
+    std::optional<double> contrast;         // [ml]
+    std::optional<double> wire_travel;      // of all devices [mm]
+
+    bool given() const { return completion_time || beam_on_time || contrast || wire_travel; }
+};
+
+/// A view that shows what matters.
+struct SuggestedView {
+    std::string shows;
+    double lao = 0, cranial = 0;  // [rad]
+};
+
+/// What an exercise is for: its place in the curriculum, what the trainee is shown, and what it is measured
+/// by.
+struct Lesson {
+    static constexpr int levels = 4;
+    int level = 0;  // 1 to 4; 0 = outside the curriculum
+    std::string briefing;
+    std::vector<std::string> hints;
+    std::vector<SuggestedView> views;
+    Par par;
+};
 
 /// A synthetic vessel in place of an anatomy file.
 struct TubeSource {

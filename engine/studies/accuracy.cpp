@@ -231,15 +231,14 @@ StudyResult run_accuracy(const StudyOptions& options) {
                                              : "the paper's clamp"),
                      half ? 2.0 : 1.0, o.order, std::abs(o.order - (half ? 2 : 1)) <= 0.1, how);
     }
-    const auto add = [&](const std::string& text, double expected, double measured, bool holds,
-                         const std::string& note) { result.claim(text, expected, measured, holds, note); };
-    add("force of a clamped wire on a wall at λ = 1 mm, half cells, off by [%]", 0.12, 100 * force_half,
-        100 * force_half <= 0.12 * 1.1, "20 mm of wire; it goes as the square of λ over the wire's length");
-    add("force of a clamped wire on a wall at λ = 1 mm, the paper's clamp, off by [%]", 6.9,
-        100 * force_paper, std::abs(100 * force_paper - 6.9) < 0.7,
-        "20 mm of wire; it goes as λ over the wire's length");
-    add("tip of a wire under a large load at N = 200, half cells, off by [L]", 2e-5, tip_200,
-        tip_200 <= 2e-5 * 1.1, "the tip sinks by half the wire's length");
+    result.claim("force of a clamped wire on a wall at λ = 1 mm, half cells, off by [%]", 0.12,
+                 100 * force_half, 100 * force_half <= 0.12 * 1.1,
+                 "20 mm of wire; it goes as the square of λ over the wire's length");
+    result.claim("force of a clamped wire on a wall at λ = 1 mm, the paper's clamp, off by [%]", 6.9,
+                 100 * force_paper, std::abs(100 * force_paper - 6.9) < 0.7,
+                 "20 mm of wire; it goes as λ over the wire's length");
+    result.claim("tip of a wire under a large load at N = 200, half cells, off by [L]", 2e-5, tip_200,
+                 tip_200 <= 2e-5 * 1.1, "the tip sinks by half the wire's length");
     result.plots = {picture(cases, list, cycles)};
 
     std::string introduction =

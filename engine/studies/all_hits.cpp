@@ -20,7 +20,6 @@ struct AllHits::Scene {
 
 AllHits::AllHits(TriangleMesh closed) : scene_(std::make_unique<const Scene>(std::move(closed))) {}
 AllHits::~AllHits() = default;
-AllHits::AllHits(AllHits&&) noexcept = default;
 
 namespace {
 

@@ -12,7 +12,6 @@ class AllHits {
 public:
     explicit AllHits(geometry::TriangleMesh);
     ~AllHits();
-    AllHits(AllHits&&) noexcept;
 
     struct Sum {
         double length = 0;  // inside the mesh [mm]

@@ -9,7 +9,6 @@
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/anatomy_sign.h"
-#include "engine/studies/import_truth.h"
 #include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/mesh_topology.h"

@@ -7,15 +7,13 @@
 
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/claims.h"
-#include "engine/studies/energy_balance.h"
+#include "engine/studies/device_cases.h"
 #include "engine/studies/plain_wire.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
-#include "engine/studies/twisted_shaft.h"
 #include "engine/studies/work.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
-#include "physics/wire/energy.h"
 
 namespace studies {
 namespace {
@@ -107,9 +105,6 @@ Loop loop(const anatomy::Scene& scene, double friction, double way) {
     PlainWire spec = uniform_spec(scene.rigidity, lambda);
     spec.friction = friction;
     Chain wire = laid(hub, wall.centreline(), spec, 100);
-    const auto energy = [&] {
-        return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
-    };
     const auto feed = [&](double by) {
         hub.move(wire, {by, 0}, enough);
         return hub.loads()[0].push;
@@ -117,7 +112,7 @@ Loop loop(const anatomy::Scene& scene, double friction, double way) {
     Loop result;
     result.friction = friction;
     double force = feed(step);
-    const double before = energy(), lost_before = wire.friction_loss;
+    const double before = energy_of(wire, wall), lost_before = wire.friction_loss;
     const int steps = static_cast<int>(std::lround(way / step));
     for (int k = 0; k < 2 * steps; ++k) {
         const double by = k < steps ? step : -step, next = feed(by);
@@ -125,7 +120,7 @@ Loop loop(const anatomy::Scene& scene, double friction, double way) {
         force = next;
         if (k % 4 == 0) result.curve.push_back({wire.inserted_length(), force});
     }
-    result.gained = energy() - before;
+    result.gained = energy_of(wire, wall) - before;
     result.loss = wire.friction_loss - lost_before;
     return result;
 }
@@ -155,7 +150,7 @@ Whip whip(double torsional_rigidity) {
     double tip = wire.devices[0].roll / degree;
     const auto note = [&](double turned) {
         result.curve.push_back({turned, tip});
-        result.energies.push_back(physics::total_energy(wire, physics::all_contacts(wire, wall)).total());
+        result.energies.push_back(energy_of(wire, wall));
     };
     note(0);
     for (double turned = whip_step; turned <= 360; turned += whip_step) {

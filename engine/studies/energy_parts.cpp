@@ -1,5 +1,3 @@
-#include "engine/studies/energy_parts.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/plain_wire.h"
+#include "engine/studies/resolution.h"
 
 namespace studies {
 namespace {

@@ -1,4 +1,3 @@
-#include "engine/studies/imaging.h"
 
 #include <array>
 #include <iterator>

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "engine/studies/imaging.h"
+#include "engine/studies/runs.h"
 #include "render/xray/materials.h"
 
 namespace studies {

@@ -12,7 +12,7 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/exercise/imaging.h"
 #include "engine/studies/all_hits.h"
-#include "engine/studies/imaging.h"
+#include "engine/studies/runs.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 #include "render/xray/surface_crossings.h"

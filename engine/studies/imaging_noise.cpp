@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "engine/studies/imaging.h"
+#include "engine/studies/runs.h"
 #include "render/xray/detector.h"
 
 namespace studies {

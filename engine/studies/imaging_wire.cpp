@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "engine/studies/imaging.h"
+#include "engine/studies/runs.h"
 #include "render/xray/materials.h"
 #include "render/xray/wire_image.h"
 

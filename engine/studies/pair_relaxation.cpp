@@ -7,7 +7,6 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
-#include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_step.h"
 

@@ -1,5 +1,6 @@
 #pragma once
-/// What the studies of the paper share: its wire in the tube of a scene, and its methods.
+/// What the studies of the paper share: its wire in the tube of a scene, its methods, and b, A, s and R of
+/// every segment (Eqs. 4 and 12).
 
 #include <memory>
 #include <span>
@@ -74,5 +75,18 @@ inline double farthest_joint(const physics::Chain& a, const physics::Chain& b) {
 /// columns.
 std::string series(const std::string& table, const std::string& series, int x, int y,
                    const std::string& look);
+
+/// [i] is that of segment i; [0] is not used.
+struct SegmentTerms {
+    std::vector<geometry::Vec3> pull;           // q = b − s₍i,N₎ [N·mm]
+    std::vector<geometry::Mat3> bending, wall;  // A_i and R₍i,N₎ [N·mm]
+    std::vector<int> touching;                  // joints in touch, ascending
+
+    int last_touching() const { return touching.empty() ? -1 : touching.back(); }
+    /// Number of joints in touch from i to j − 1.
+    int touching_between(int i, int j) const;
+};
+
+SegmentTerms segment_terms(const PaperScene&, const physics::Chain&);
 
 }  // namespace studies

@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/lumen_wall.h"
+#include "engine/anatomy/scenes.h"
 #include "engine/run/relax_method.h"
 #include "engine/studies/rivals/beam_rod.h"
 #include "engine/studies/rivals/position_rod.h"
 #include "engine/studies/rivals/spring_chain.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
 
 namespace studies {
 namespace {
@@ -111,17 +117,16 @@ ParetoMethod position_rod(const std::string& name, const rivals::PositionSetting
     return of_many_rounds(classical(name, 1, make), rounds, "a substep", "the projection of one constraint");
 }
 
-ParetoMethod spring_chain(const std::string& name, const rivals::ChainSettings& settings, double axial,
-                          int rounds) {
-    const auto make = [settings](const rivals::RodSpec& rod, const rivals::Tube* tube) {
-        return std::make_unique<rivals::SpringChain>(rod, tube, settings);
+ParetoMethod spring_chain(const std::string& name, rivals::Damping damping, double axial, int rounds) {
+    const auto make = [damping](const rivals::RodSpec& rod, const rivals::Tube* tube) {
+        return std::make_unique<rivals::SpringChain>(rod, tube, damping);
     };
     return of_many_rounds(classical(name, axial, make), rounds, "a time step", "none");
 }
 
 ParetoMethod beam_rod(const std::string& name, double axial) {
     ParetoMethod m = classical(name, axial, [](const rivals::RodSpec& rod, const rivals::Tube* tube) {
-        return std::make_unique<rivals::BeamRod>(rod, tube, rivals::BeamSettings{});
+        return std::make_unique<rivals::BeamRod>(rod, tube);
     });
     m.newton = true;
     m.most_push = 200;
@@ -129,6 +134,44 @@ ParetoMethod beam_rod(const std::string& name, double axial) {
     m.round = "a Newton step";
     m.solve = "a factorisation of the 5N × 5N tangent";
     return m;
+}
+
+std::shared_ptr<const rivals::Tube> rivals_tube(const anatomy::Scene& scene) {
+    std::vector<rivals::Piece> pieces;
+    for (const anatomy::PenMove& move : scene.path) {
+        if (const auto* run = std::get_if<anatomy::Run>(&move)) {
+            pieces.push_back({run->length, 0, geometry::Vec3::UnitZ()});
+            continue;
+        }
+        const auto& arc = std::get<anatomy::Arc>(move);
+        pieces.push_back({arc.radius * std::abs(arc.angle), arc.angle, arc.axis});
+    }
+    return std::make_shared<rivals::Tube>(pieces, scene.radius);
+}
+
+/// The tube as about 50 000 triangles.
+ParetoVessel mesh_of(const char* name, const anatomy::ModelCache& cache) {
+    ParetoVessel v = scene_vessel(name, false);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
+    const anatomy::Anatomy tube = anatomy::tube_anatomy(v.name, v.path, scene.radius, 64, 0.1 * scene.radius);
+    v.wall = anatomy::cached_distance_field(tube, scene.wall_stiffness, 0.0, cache);
+    v.name += " mesh";
+    v.tube.reset();
+    return v;
+}
+
+/// From the left groin into the aorta, with a floppy-tipped wire that is straight when unloaded.
+ParetoVessel iliac(const StudyOptions& options) {
+    const anatomy::Anatomy anatomy =
+        anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
+    ParetoVessel v;
+    v.name = "iliac mesh";
+    v.path = anatomy::path_from(anatomy, *anatomy::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out")).points;
+    v.spec.curved_length = v.spec.curved_angle = 0;
+    v.segments = 165;
+    v.stiffness = 5;
+    v.wall = anatomy::cached_distance_field(anatomy, v.stiffness, 0.5 * v.spec.diameter, options.cache);
+    return v;
 }
 
 }  // namespace
@@ -173,7 +216,7 @@ std::vector<ParetoMethod> pareto_methods(bool quick) {
     list.push_back(
         drawn(position_rod("XPBD warm-started", {0.1, 16, false, true}, 2000), "#CC79A7", "lw 2.5 dt 2"));
     list.push_back(
-        drawn(spring_chain("mass–spring", {rivals::Damping::Critical}, 1, 32'000), "#009E73", "lw 2.5"));
+        drawn(spring_chain("mass–spring", rivals::Damping::Critical, 1, 32'000), "#009E73", "lw 2.5"));
     list.push_back(drawn(beam_rod("beam FEM", 1), "#000000", "lw 2.5"));
     return list;
 }
@@ -203,13 +246,62 @@ std::vector<ParetoMethod> rival_sweep(bool quick) {
             list.push_back(
                 spring_chain(fmt::format("mass–spring, {} damping, EA × {:g}",
                                          damping == rivals::Damping::Kinetic ? "kinetic" : "critical", axial),
-                             {damping}, axial, 32'000));
+                             damping, axial, 32'000));
         }
     for (const double axial : {0.1, 1.0, 10.0, 1000.0}) {
         if (quick && axial != 1) continue;
         list.push_back(beam_rod(fmt::format("beam FEM, EA × {:g}", axial), axial));
     }
     return list;
+}
+
+std::string ParetoVessel::text() const {
+    const std::string tip =
+        spec.tip_rigidity == spec.shaft_rigidity ? "" : fmt::format(" (tip {:g})", spec.tip_rigidity);
+    return fmt::format("{}: N = {}, λ = {:g} mm, EI = {:g} N·mm²{}, k = {:g} N/mm", name, segments,
+                       spec.segment_length, spec.shaft_rigidity, tip, stiffness);
+}
+
+physics::Chain ParetoVessel::wire(int n) const {
+    physics::Chain wire = wire_along(spec, path, n);
+    const auto contacts = physics::all_contacts(wire, *wall);
+    for (std::size_t i = 0; i < contacts.size(); ++i) wire.stations[i] = contacts[i].station;
+    return wire;
+}
+
+double round_wire_axial(double bending) {
+    constexpr double diameter = 0.014 * 25.4;
+    return 16 * bending / (diameter * diameter);
+}
+
+ParetoVessel scene_vessel(const char* name, bool quick) {
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
+    ParetoVessel v;
+    v.name = name;
+    v.path = anatomy::draw(scene.path);
+    v.spec = PlainWire::uniform(scene.rigidity, scene.segment_length);
+    v.segments = quick ? 60 : scene.segments;
+    v.stiffness = scene.wall_stiffness;
+    v.wall = std::make_shared<physics::TubeWall>(v.path, scene.radius, v.stiffness);
+    v.tube = rivals_tube(scene);
+    v.rod.segment_length = scene.segment_length;
+    v.rod.bending = scene.rigidity;
+    v.rod.axial = round_wire_axial(scene.rigidity);
+    v.rod.wall_stiffness = scene.wall_stiffness;
+    return v;
+}
+
+std::vector<ParetoVessel> pareto_tubes(bool quick) {
+    if (quick) return {scene_vessel("sinuous", true)};
+    std::vector<ParetoVessel> list;
+    for (const char* name : {"sinuous", "spatial", "hairpin", "stiffwall"})
+        list.push_back(scene_vessel(name, false));
+    return list;
+}
+
+std::vector<ParetoVessel> pareto_meshes(const StudyOptions& options) {
+    if (options.quick) return {};
+    return {mesh_of("spatial", options.cache), iliac(options)};
 }
 
 }  // namespace studies

@@ -1,7 +1,9 @@
 #pragma once
 /// A wire by the few numbers that studies and tests vary: a soft tip, a transition, a shaft, one arc.
 
+#include "physics/wall/wall.h"
 #include "physics/wire/chain.h"
+#include "physics/wire/energy.h"
 
 namespace studies {
 
@@ -65,6 +67,10 @@ inline physics::Chain wire_of_length(const PlainWire& wire, const physics::Polyl
     device.spec = wire.device();
     device.inserted = length;
     return physics::chain_along({device}, wire.grid(), path);
+}
+
+inline double energy_of(const physics::Chain& wire, const physics::LumenWall& wall) {  // [N·mm]
+    return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
 }
 
 }  // namespace studies

@@ -61,7 +61,6 @@ void measure_separation(ResolutionCurve& c) {
         const double d = std::abs(curve.deviation(joints[i]));
         sum += d;
         squares += d * d;
-        if (d > c.largest_separation) c.largest_separation = d, c.farthest = static_cast<int>(i);
         if (i + 1 < joints.size())
             by_bend.push_back({(joints[i + 1] - 2 * joints[i] + joints[i - 1]).norm(), d});
     }
@@ -136,6 +135,12 @@ Quantiles quantiles(const std::vector<double>& values) {
 Quantiles quantiles(std::span<const ResolutionCurve> curves, double ResolutionCurve::*what) {
     std::vector<double> values;
     for (const ResolutionCurve& curve : curves) values.push_back(curve.*what);
+    return quantiles(values);
+}
+
+Quantiles quantiles(std::span<const ResolutionCurve> curves, double Fit::*what) {
+    std::vector<double> values;
+    for (const ResolutionCurve& curve : curves) values.push_back(curve.fit.*what);
     return quantiles(values);
 }
 

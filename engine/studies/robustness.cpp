@@ -5,7 +5,6 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/quantile.h"
-#include "engine/studies/random_tubes.h"
 #include "engine/studies/runs.h"
 #include "engine/studies/wild_hands.h"
 #include "engine/studies/work.h"

@@ -6,7 +6,6 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/runs.h"
-#include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
 #include "physics/wire/energy.h"

@@ -82,18 +82,13 @@ std::string claims_html(const ClaimList& list) {
     return html;
 }
 
-std::string figure_html(const Study& study, const io::Plot& plot) {
+/// `size`: what has the width and height [pixels].
+template <class Picture, class Size>
+std::string figure_html(const Study& study, const Picture& picture, const char* ending, const Size& size) {
     return fmt::format(
-        "<figure>\n<img src=\"{0}/{1}.svg\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
+        "<figure>\n<img src=\"{0}/{1}.{5}\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
         "<figcaption>{4}</figcaption>\n</figure>\n",
-        study.id, plot.name, plot.width, plot.height, io::html_escaped(plot.caption));
-}
-
-std::string figure_html(const Study& study, const StudyPicture& picture) {
-    return fmt::format(
-        "<figure>\n<img src=\"{0}/{1}.png\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
-        "<figcaption>{4}</figcaption>\n</figure>\n",
-        study.id, picture.name, picture.image.width, picture.image.height, io::html_escaped(picture.caption));
+        study.id, picture.name, size.width, size.height, io::html_escaped(picture.caption), ending);
 }
 
 /// The study whose first picture opens the page.
@@ -127,7 +122,7 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
         style, quick ? " --quick" : "");
     for (const auto& [study, result] : results)
         if (study->id == front_study && !result.plots.empty())
-            html += figure_html(*study, result.plots.front());
+            html += figure_html(*study, result.plots.front(), "svg", result.plots.front());
     html += "<ul>\n";
     for (const auto& [study, result] : results)
         html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", study->id,
@@ -144,8 +139,9 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
         for (const io::Table& table : result.tables)
             html += fmt::format(" <a href=\"{}/{}.csv\">{}</a>", study->id, table.name, table.name);
         html += "</p>\n";
-        for (const io::Plot& plot : result.plots) html += figure_html(*study, plot);
-        for (const StudyPicture& picture : result.pictures) html += figure_html(*study, picture);
+        for (const io::Plot& plot : result.plots) html += figure_html(*study, plot, "svg", plot);
+        for (const StudyPicture& picture : result.pictures)
+            html += figure_html(*study, picture, "png", picture.image);
     }
     return html + "</body>\n</html>\n";
 }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "render/panel/draw_data.h"
-#include "render/picture/resize.h"
+#include "render/picture/resample.h"
 
 namespace render {
 

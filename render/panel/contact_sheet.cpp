@@ -8,7 +8,7 @@
 #include "render/panel/canvas.h"
 #include "render/panel/palette.h"
 #include "render/panel/panel.h"
-#include "render/picture/resize.h"
+#include "render/picture/resample.h"
 
 namespace render {
 namespace {

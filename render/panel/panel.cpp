@@ -88,7 +88,6 @@ struct Panel::State {
 
 Panel::Panel(PanelSpec spec) : state_(std::make_unique<State>(std::move(spec))) {}
 Panel::~Panel() = default;
-Panel::Panel(Panel&&) noexcept = default;
 Panel& Panel::operator=(Panel&&) noexcept = default;
 
 bool Panel::has_font() const {

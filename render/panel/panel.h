@@ -32,7 +32,6 @@ public:
     /// Throws std::invalid_argument for a size outside its limits, std::runtime_error when GL fails.
     explicit Panel(PanelSpec = {});
     ~Panel();
-    Panel(Panel&&) noexcept;
     Panel& operator=(Panel&&) noexcept;
 
     /// `live` fills the left of the panel; apart from its few marks it is unaltered where its size is that of

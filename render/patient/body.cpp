@@ -47,13 +47,6 @@ std::span<const Vertebra> vertebrae() {
     return column;
 }
 
-const Vertebra& vertebra(std::string_view name) {
-    const auto found =
-        std::find_if(column.begin(), column.end(), [&](const Vertebra& v) { return v.name == name; });
-    assert(found != column.end());
-    return *found;
-}
-
 double spine_front(double z) {
     const std::size_t i = interval(z);
     const Vertebra &below = column[i - 1], &above = column[i];

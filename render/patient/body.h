@@ -25,7 +25,6 @@ struct Vertebra {
 
 /// From L5 up to C2.
 std::span<const Vertebra> vertebrae();
-const Vertebra& vertebra(std::string_view name);
 
 /// y of the column's anterior face at a height, and its slope dy/dz.
 double spine_front(double z);

@@ -37,14 +37,4 @@ ImageDifference difference(const GrayImage& a, const GrayImage& b) {
     return result;
 }
 
-GrayImage difference_image(const GrayImage& a, const GrayImage& b, double gain) {
-    require_equal_sizes(a, b);
-    GrayImage result{a.width, a.height, std::vector<std::uint8_t>(a.pixels.size())};
-    for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-        const double apart = std::abs(int(a.pixels[i]) - int(b.pixels[i])) * gain;
-        result.pixels[i] = static_cast<std::uint8_t>(std::lround(std::clamp(apart, 0.0, 255.0)));
-    }
-    return result;
-}
-
 }  // namespace render

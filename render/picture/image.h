@@ -58,8 +58,4 @@ struct ImageDifference {
 /// Compares pixel by pixel. Throws std::invalid_argument when the sizes differ.
 ImageDifference difference(const GrayImage& a, const GrayImage& b);
 
-/// |a − b| times `gain`, clipped, for inspecting a failed frame test. Throws std::invalid_argument when the
-/// sizes differ.
-GrayImage difference_image(const GrayImage& a, const GrayImage& b, double gain = 8.0);
-
 }  // namespace render

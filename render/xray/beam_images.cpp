@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "render/picture/fast_exp.h"
-#include "render/xray/measuring_field.h"
+#include "render/picture/fast_math.h"
+#include "render/xray/exposure_meter.h"
 
 namespace render {
 namespace {

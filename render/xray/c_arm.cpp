@@ -64,10 +64,6 @@ Vec3 source(const CArm& arm) {
     return arm.isocentre - arm.sod * axes(arm).beam;
 }
 
-Vec3 detector_centre(const CArm& arm) {
-    return arm.isocentre + (arm.sid - arm.sod) * axes(arm).beam;
-}
-
 double pixel_width(const CArm& arm) {
     return arm.detector_width / arm.pixels;
 }

@@ -58,9 +58,8 @@ struct ArmAxes {
 };
 ArmAxes axes(const CArm&);
 
-geometry::Vec3 source(const CArm&);           // focal spot [mm]
-geometry::Vec3 detector_centre(const CArm&);  // [mm]
-double pixel_width(const CArm&);              // on the detector [mm]
+geometry::Vec3 source(const CArm&);  // focal spot [mm]
+double pixel_width(const CArm&);     // on the detector [mm]
 /// Edges in pixels from the image's left and top.
 struct PixelBox {
     double left, top, right, bottom;

@@ -11,7 +11,6 @@
 #include "render/picture/filter.h"
 
 namespace render {
-
 namespace {
 
 constexpr float fewest_for_normal = 25.0f;    // quanta

@@ -6,11 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "render/picture/fast_log.h"
+#include "render/picture/fast_math.h"
 #include "render/picture/filter.h"
 
 namespace render {
-
 namespace {
 
 constexpr float lowest = -4.0f, highest = 3.0f;  // ln of signal over reference, the range of the grey table

@@ -2,17 +2,39 @@
 /// Automatic exposure: what the tube gives for a pulse, and the dose of it. It knows the patient by a few
 /// rays, needs neither images nor OpenGL, and gives the same to the bit with images and without.
 
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "physics/geometry/vec.h"
+#include "render/picture/image.h"
 #include "render/xray/beam_images.h"
-#include "render/xray/coarse_lengths.h"
+#include "render/xray/c_arm.h"
 #include "render/xray/fluoroscope.h"
 
 namespace render {
+
+/// Meshes, cut by the rays to the pixel centres of a coarse image. The result depends on the arguments alone.
+class CoarseLengths {
+public:
+    /// Keeps a copy of the mesh in single precision; returns its number. Throws std::invalid_argument for a
+    /// triangle with a vertex that does not exist.
+    int add(const geometry::TriangleMesh&);
+
+    /// Adds the length of each pixel's ray inside the mesh to `sum` [mm], arm.pixels squared. A ray that
+    /// enters and leaves unequally often, as where the mesh reaches behind the source, adds nothing.
+    void accumulate(int mesh, const CArm&, Field& sum) const;
+
+private:
+    struct Mesh {
+        std::vector<std::array<float, 3>> vertices;
+        std::vector<std::array<int, 3>> triangles;
+    };
+    std::vector<Mesh> meshes_;
+};
 
 /// Throws std::invalid_argument with all the problems of arm and exposure.
 void require_usable(const CArm&, const Exposure&);
@@ -74,6 +96,35 @@ private:
     std::vector<std::shared_ptr<const MeteredLayers>> layers_;
     std::vector<VolumeCaster> volumes_;
     std::optional<Pose> pose_;
+};
+
+/// A disc in the middle of the image, without what the collimator closes and without direct radiation: rays
+/// that pass beside the patient would otherwise decide, being some hundred times as bright. Both edges are
+/// soft, so that the exposure follows a moving arm without jumps. Parts that are much thinner than the rest,
+/// as a neck above shoulders, are left out in the same way. Where hardly anything of the patient is in the
+/// disc, the whole disc counts.
+class MeasuringField {
+public:
+    /// Below `nothing` of soft tissue a ray counts as direct, above `body` as one through the patient [mm].
+    static constexpr float nothing = 10.0f, body = 40.0f;
+    /// Of the mean thickness, in which thick parts count more: below the first a part does not count, above
+    /// the second it does in full [-].
+    static constexpr float thin = 0.3f, thick = 0.6f;
+    /// From this share of the disc on the patient alone is measured; below, both means count [-].
+    static constexpr double enough = 0.25;
+
+    /// `disc`: share of each pixel that is in the disc and open [-]; `thickness`: of what its ray passes, as
+    /// soft tissue that scatters as much [mm].
+    MeasuringField(const Field& disc, const Field& thickness);
+
+    /// Mean of a signal, which must not be negative; that of patient and disc are mixed as logarithms.
+    double mean(std::span<const float> signal) const;
+    /// Of each pixel in the mean that a display shows in middle grey [-].
+    Field weights() const;
+
+private:
+    Field disc_, patient_;  // weights of the two means [-]
+    double disc_sum_ = 0.0, patient_sum_ = 0.0, patient_alone_ = 0.0;
 };
 
 }  // namespace render

@@ -10,7 +10,6 @@
 #include <string>
 
 namespace render {
-
 namespace {
 
 /// One row of a table: photon energy [keV] and mass attenuation μ/ρ [cm²/g]. An absorption edge has two rows.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/picture/fast_exp.h"
+#include "render/picture/fast_math.h"
 
 namespace render {
 namespace {

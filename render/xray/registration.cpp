@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "render/picture/filter.h"
-#include "render/picture/shift.h"
+#include "render/picture/resample.h"
 
 namespace render {
 namespace {

@@ -11,7 +11,6 @@
 #include "render/picture/filter.h"
 
 namespace render {
-
 namespace {
 
 /// Weights of both Gaussians averaged over pixels, the middle one first; nothing beyond `reach` pixels.

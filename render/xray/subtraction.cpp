@@ -8,14 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "render/picture/fast_exp.h"
-#include "render/picture/fast_log.h"
+#include "render/picture/fast_math.h"
 #include "render/picture/filter.h"
-#include "render/picture/shift.h"
+#include "render/picture/resample.h"
 #include "render/xray/display.h"
 
 namespace render {
-
 namespace {
 
 /// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.

@@ -6,7 +6,6 @@
 #include "render/xray/materials.h"
 
 namespace render {
-
 namespace {
 
 constexpr double least_kvp = 60.0, most_kvp = 120.0;          // [kV]

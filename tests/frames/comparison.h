@@ -85,4 +85,13 @@ inline std::vector<std::string> score_differences(const nlohmann::json& expected
     return wrong;
 }
 
+/// |a − b| of images of one size, eight times as large and clipped, for inspecting a failed frame.
+inline render::GrayImage difference_image(const render::GrayImage& a, const render::GrayImage& b) {
+    render::GrayImage result = a;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        result.pixels[i] =
+            static_cast<std::uint8_t>(std::min(8 * std::abs(int(a.pixels[i]) - int(b.pixels[i])), 255));
+    return result;
+}
+
 }  // namespace test

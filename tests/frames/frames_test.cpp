@@ -208,7 +208,7 @@ TEST_P(Frames, EqualTheirGoldens) {
             test::beyond(limits, test::compare(golden, actual, render::read_png(output / "truth" / wire)));
         if (!wrong.empty()) {
             run::write_picture(output / ("actual_" + name), actual);
-            run::write_picture(output / ("difference_" + name), render::difference_image(golden, actual));
+            run::write_picture(output / ("difference_" + name), test::difference_image(golden, actual));
         }
         EXPECT_TRUE(wrong.empty()) << name << ": " << io::joined(wrong) << "; look at " << output
                                    << "/actual_* and difference_*";

@@ -17,7 +17,7 @@
 #include <string>
 #include <unistd.h>
 
-#include "engine/studies/random_tubes.h"
+#include "engine/studies/wild_hands.h"
 #include "tests/fuzz/states.h"
 
 namespace {

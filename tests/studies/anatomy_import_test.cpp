@@ -15,7 +15,7 @@
 #include "engine/anatomy/import/lumen_import.h"
 #include "engine/anatomy/polydata.h"
 #include "engine/io/error.h"
-#include "engine/studies/import_truth.h"
+#include "engine/studies/anatomy_sign.h"
 #include "tests/engine/anatomy/segmented.h"
 
 namespace {

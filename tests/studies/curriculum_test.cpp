@@ -9,7 +9,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
 

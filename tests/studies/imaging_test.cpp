@@ -1,7 +1,5 @@
 /// The quick study of frames, against their target figures.
 
-#include "engine/studies/imaging.h"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>

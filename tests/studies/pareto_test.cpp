@@ -1,11 +1,10 @@
 /// The quick course of speed against accuracy.
 
-#include "engine/studies/pareto.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
 #include <set>
 
+#include "engine/studies/pareto_measure.h"
 #include "engine/studies/pareto_tables.h"
 #include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"

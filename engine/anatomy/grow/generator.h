@@ -13,7 +13,6 @@ struct GeneratorOptions {
     /// Cells per radius of the smallest vessel, for the grid that finds the surface: the most, unless the
     /// surface then passes through more than `many_cells` cells; never fewer than the fewest.
     double most_cells_per_radius = 3, fewest_cells_per_radius = 2, many_cells = 200e3;
-    RemeshOptions remesh;
     int threads = 2;  // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
 };

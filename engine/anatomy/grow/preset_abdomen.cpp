@@ -57,22 +57,18 @@ std::vector<Stretch> right_iliac() {
 void add_iliac(Variation& v, VesselTreeSpec& spec) {
     const std::string aorta = spec.branches[0].name;
     spec.branches.push_back(v.branch(right_iliac(), {aorta, 144.4}));
-    spec.branches.push_back(v.branch({{"LIIA",
-                                       {{{0, 0, 0}, 2.7},
-                                        {{-0.7, 8.1, -7.5}, 2.46},
-                                        {{0.1, 14.8, -16.3}, 2.34},
-                                        {{-0.9, 19.3, -26.4}, 2.13},
-                                        {{-4, 24, -36}, 2}},
-                                       visceral_traits}},
-                                     {aorta, 245, 8, 10 * degree}));
-    spec.branches.push_back(v.branch({{"RIIA",
-                                       {{{0, 0, 0}, 2.7},
-                                        {{0.3, 5.9, -8.3}, 2.48},
-                                        {{2.3, 11.8, -17.5}, 2.34},
-                                        {{3.7, 17.4, -27}, 2.13},
-                                        {{4.9, 23.2, -36.4}, 2}},
-                                       visceral_traits}},
-                                     {"RCIA+REIA+RCFA", 96.1, 8, 10 * degree}));
+    spec.branches.push_back(v.branch("LIIA", visceral_traits, {aorta, 245, 8, 10 * degree},
+                                     {{{0, 0, 0}, 2.7},
+                                      {{-0.7, 8.1, -7.5}, 2.46},
+                                      {{0.1, 14.8, -16.3}, 2.34},
+                                      {{-0.9, 19.3, -26.4}, 2.13},
+                                      {{-4, 24, -36}, 2}}));
+    spec.branches.push_back(v.branch("RIIA", visceral_traits, {"RCIA+REIA+RCFA", 96.1, 8, 10 * degree},
+                                     {{{0, 0, 0}, 2.7},
+                                      {{0.3, 5.9, -8.3}, 2.48},
+                                      {{2.3, 11.8, -17.5}, 2.34},
+                                      {{3.7, 17.4, -27}, 2.13},
+                                      {{4.9, 23.2, -36.4}, 2}}));
 }
 
 /// Renal arteries at the lower third of L1, 17 mm below the superior mesenteric (J Vasc Surg, Pennington and
@@ -83,56 +79,46 @@ void add_iliac(Variation& v, VesselTreeSpec& spec) {
 /// (estimates).
 void add_visceral(Variation& v, VesselTreeSpec& spec) {
     const std::string aorta = spec.branches[0].name;
-    spec.branches.push_back(v.branch({{"LRA",
-                                       {{{0, 0, 0}, 2.8},
-                                        {{11.9, 2.4, -4.3}, 2.67},
-                                        {{23.8, 7, -6.3}, 2.58},
-                                        {{35.4, 12.4, -7.6}, 2.51},
-                                        {{48, 14, -10}, 2.4}},
-                                       renal_traits}},
-                                     {aorta, 50, 5, 10 * degree}));
-    spec.branches.push_back(v.branch({{"RRA",
-                                       {{{0, 0, 0}, 2.7},
-                                        {{-10.7, 0.3, -3.8}, 2.58},
-                                        {{-21, 3.9, -6.1}, 2.53},
-                                        {{-30.2, 10.1, -8.6}, 2.43},
-                                        {{-40.8, 13.1, -11}, 2.38},
-                                        {{-52, 14, -12}, 2.3}},
-                                       renal_traits}},
-                                     {aorta, 56.3, 5, 10 * degree}));
-    spec.branches.push_back(v.branch({{"SMA",
-                                       {{{0, 0, 0}, 2.95},
-                                        {{-0.6, -11.5, -9}, 2.95},
-                                        {{-1.1, -18.5, -22}, 2.85},
-                                        {{0.1, -23.5, -35.9}, 2.75},
-                                        {{-1.7, -25, -50.5}, 2.65},
-                                        {{-3.2, -24.5, -65.2}, 2.47},
-                                        {{-3, -26, -80}, 2.4}},
-                                       visceral_traits}},
-                                     {aorta, 42.4, 2, 16 * degree}));
+    spec.branches.push_back(v.branch("LRA", renal_traits, {aorta, 50, 5, 10 * degree},
+                                     {{{0, 0, 0}, 2.8},
+                                      {{11.9, 2.4, -4.3}, 2.67},
+                                      {{23.8, 7, -6.3}, 2.58},
+                                      {{35.4, 12.4, -7.6}, 2.51},
+                                      {{48, 14, -10}, 2.4}}));
+    spec.branches.push_back(v.branch("RRA", renal_traits, {aorta, 56.3, 5, 10 * degree},
+                                     {{{0, 0, 0}, 2.7},
+                                      {{-10.7, 0.3, -3.8}, 2.58},
+                                      {{-21, 3.9, -6.1}, 2.53},
+                                      {{-30.2, 10.1, -8.6}, 2.43},
+                                      {{-40.8, 13.1, -11}, 2.38},
+                                      {{-52, 14, -12}, 2.3}}));
+    spec.branches.push_back(v.branch("SMA", visceral_traits, {aorta, 42.4, 2, 16 * degree},
+                                     {{{0, 0, 0}, 2.95},
+                                      {{-0.6, -11.5, -9}, 2.95},
+                                      {{-1.1, -18.5, -22}, 2.85},
+                                      {{0.1, -23.5, -35.9}, 2.75},
+                                      {{-1.7, -25, -50.5}, 2.65},
+                                      {{-3.2, -24.5, -65.2}, 2.47},
+                                      {{-3, -26, -80}, 2.4}}));
     spec.branches.push_back(v.branch(
         {{"coeliac", {{{0, 0, 0}, 2.95}, {{0, -12, -4}, 2.95}, {{-1, -21, -6}, 2.85}}, visceral_traits},
          {"CHA",
           {{{-7, -28, -5}, 2.5}, {{-17, -31, -2}, 2.4}, {{-28, -29, 2}, 2.3}, {{-37, -24, 8}, 2.2}},
           visceral_traits}},
         {aorta, 26.7, 2, 10 * degree}));
-    spec.branches.push_back(v.branch({{"splenic",
-                                       {{{0, 0, 0}, 2.5},
-                                        {{7, -2, 2}, 2.5},
-                                        {{17, 0, 6}, 2.45},
-                                        {{28, 7, 6}, 2.4},
-                                        {{39, 14, 10}, 2.3},
-                                        {{50, 21, 10}, 2.2}},
-                                       visceral_traits}},
-                                     {"coeliac+CHA", 22}));
-    spec.branches.push_back(v.branch({{"IMA",
-                                       {{{0, 0, 0}, 1.55},
-                                        {{3, -9.5, -5}, 1.55},
-                                        {{9, -12.5, -16}, 1.52},
-                                        {{16, -13.5, -32}, 1.5},
-                                        {{22, -13, -50}, 1.5}},
-                                       visceral_traits}},
-                                     {aorta, 105, 5, 8 * degree}));
+    spec.branches.push_back(v.branch("splenic", visceral_traits, {"coeliac+CHA", 22},
+                                     {{{0, 0, 0}, 2.5},
+                                      {{7, -2, 2}, 2.5},
+                                      {{17, 0, 6}, 2.45},
+                                      {{28, 7, 6}, 2.4},
+                                      {{39, 14, 10}, 2.3},
+                                      {{50, 21, 10}, 2.2}}));
+    spec.branches.push_back(v.branch("IMA", visceral_traits, {aorta, 105, 5, 8 * degree},
+                                     {{{0, 0, 0}, 1.55},
+                                      {{3, -9.5, -5}, 1.55},
+                                      {{9, -12.5, -16}, 1.52},
+                                      {{16, -13.5, -32}, 1.5},
+                                      {{22, -13, -50}, 1.5}}));
 }
 
 }  // namespace
@@ -158,15 +144,14 @@ VesselTreeSpec femoral(Variation& v) {
     VesselTreeSpec spec;
     spec.branches = {v.branch(stretches, {}, at_bifurcation)};
     add_iliac(v, spec);
-    spec.branches.push_back(v.branch({{"LPFA",
-                                       {{{0, 0, 0}, 2.6},
-                                        {{7, 6, -11}, 2.55},
-                                        {{12, 13, -28}, 2.45},
-                                        {{15, 20, -55}, 2.3},
-                                        {{14, 26, -90}, 2.1},
-                                        {{12, 30, -125}, 1.9}},
-                                       {0.15, {0.95, true, 0}}}},
-                                     {spec.branches[0].name, 377, 8, 8 * degree}));
+    spec.branches.push_back(v.branch("LPFA", {0.15, {0.95, true, 0}},
+                                     {spec.branches[0].name, 377, 8, 8 * degree},
+                                     {{{0, 0, 0}, 2.6},
+                                      {{7, 6, -11}, 2.55},
+                                      {{12, 13, -28}, 2.45},
+                                      {{15, 20, -55}, 2.3},
+                                      {{14, 26, -90}, 2.1},
+                                      {{12, 30, -125}, 1.9}}));
     spec.body = {geometry::Landmark::AorticBifurcation, Vec3::Zero()};
     spec.targets = {v.target("LSFA", spec.branches[0].name, 500), v.target("LPFA", "LPFA", 80)};
     return spec;

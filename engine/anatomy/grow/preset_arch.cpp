@@ -173,63 +173,53 @@ void add_arm(std::vector<Stretch>& stretches, const std::string& side, const Vec
 BranchSpec ulnar(Variation& v, const std::string& side, const std::string& parent, double at) {
     const double in = side == "R" ? 1 : -1;
     return v.branch(
-        {{side + "ulnar",
-          {{{0, 0, 0}, 1.3}, {{in * 6, 2, -14}, 1.27}, {{in * 10, 3, -34}, 1.24}, {{in * 9, 2, -60}, 1.2}},
-          {0.149, {0.86, true, 0}, 0.08, 1}}},
-        {parent, at, 6, 6 * degree});
+        side + "ulnar", {0.149, {0.86, true, 0}, 0.08, 1}, {parent, at, 6, 6 * degree},
+        {{{0, 0, 0}, 1.3}, {{in * 6, 2, -14}, 1.27}, {{in * 10, 3, -34}, 1.24}, {{in * 9, 2, -60}, 1.2}});
 }
 
 void add_external_carotids(Variation& v, VesselTreeSpec& spec, double left_bifurcation) {
-    spec.branches.push_back(v.branch({{"RECA",
-                                       {{{0, 0, 0}, 2.2},
-                                        {{3, -5.7, 7.3}, 2.04},
-                                        {{4.3, -7.2, 17.6}, 1.95},
-                                        {{2.6, -10.1, 27.6}, 1.87},
-                                        {{2.1, -12.1, 37.9}, 1.77},
-                                        {{2.4, -11, 48.3}, 1.7}},
-                                       external_carotid}},
-                                     {"RCCA+RICA", 99.5, 2, 8 * degree}));
-    spec.branches.push_back(v.branch({{"LECA",
-                                       {{{0, 0, 0}, 2.2},
-                                        {{-3.6, -2.9, 5.4}, 2.05},
-                                        {{-7.3, -5.5, 13}, 2},
-                                        {{-7.5, -6.7, 21.8}, 1.88},
-                                        {{-4.9, -7.2, 30.3}, 1.85},
-                                        {{-2.7, -6.9, 38.9}, 1.75},
-                                        {{-3.9, -7.2, 47.7}, 1.7}},
-                                       external_carotid}},
-                                     {"LCCA+LICA", left_bifurcation, 2, 8 * degree}));
+    spec.branches.push_back(v.branch("RECA", external_carotid, {"RCCA+RICA", 99.5, 2, 8 * degree},
+                                     {{{0, 0, 0}, 2.2},
+                                      {{3, -5.7, 7.3}, 2.04},
+                                      {{4.3, -7.2, 17.6}, 1.95},
+                                      {{2.6, -10.1, 27.6}, 1.87},
+                                      {{2.1, -12.1, 37.9}, 1.77},
+                                      {{2.4, -11, 48.3}, 1.7}}));
+    spec.branches.push_back(v.branch("LECA", external_carotid, {"LCCA+LICA", left_bifurcation, 2, 8 * degree},
+                                     {{{0, 0, 0}, 2.2},
+                                      {{-3.6, -2.9, 5.4}, 2.05},
+                                      {{-7.3, -5.5, 13}, 2},
+                                      {{-7.5, -6.7, 21.8}, 1.88},
+                                      {{-4.9, -7.2, 30.3}, 1.85},
+                                      {{-2.7, -6.9, 38.9}, 1.75},
+                                      {{-3.9, -7.2, 47.7}, 1.7}}));
 }
 
 void add_vertebrals(Variation& v, VesselTreeSpec& spec, const std::string& left, const std::string& right) {
-    spec.branches.push_back(v.branch({{"LVA",
-                                       {{{0, 0, 0}, 1.95},
-                                        {{-1.9, 4, 6.8}, 1.87},
-                                        {{-1.8, 6.5, 14.8}, 1.83},
-                                        {{-2.8, 8.6, 22.9}, 1.78},
-                                        {{-4.2, 9.7, 31.1}, 1.74},
-                                        {{-4.5, 10, 39.5}, 1.7},
-                                        {{-3.6, 9.7, 47.8}, 1.69},
-                                        {{-2.7, 9.2, 56.1}, 1.66},
-                                        {{-3.1, 8.8, 64.5}, 1.63},
-                                        {{-4.3, 9.2, 72.8}, 1.6},
-                                        {{-4.4, 9.3, 81.2}, 1.6}},
-                                       vertebral}},
-                                     {left, 60.1, 3, 8 * degree}));
-    spec.branches.push_back(v.branch({{"RVA",
-                                       {{{0, 0, 0}, 1.9},
-                                        {{0.5, 0.5, 5.4}, 1.8},
-                                        {{1.2, 2, 13.5}, 1.75},
-                                        {{0.5, 3.4, 21.6}, 1.7},
-                                        {{0.3, 5.1, 29.8}, 1.65},
-                                        {{1.3, 6.3, 37.9}, 1.63},
-                                        {{2.6, 6.8, 46.1}, 1.6},
-                                        {{3.1, 6.6, 54.3}, 1.6},
-                                        {{2.4, 6, 62.6}, 1.55},
-                                        {{2, 5.6, 70.8}, 1.5},
-                                        {{2.5, 5.6, 79.1}, 1.5}},
-                                       vertebral}},
-                                     {right, 78.6, 3, 8 * degree}));
+    spec.branches.push_back(v.branch("LVA", vertebral, {left, 60.1, 3, 8 * degree},
+                                     {{{0, 0, 0}, 1.95},
+                                      {{-1.9, 4, 6.8}, 1.87},
+                                      {{-1.8, 6.5, 14.8}, 1.83},
+                                      {{-2.8, 8.6, 22.9}, 1.78},
+                                      {{-4.2, 9.7, 31.1}, 1.74},
+                                      {{-4.5, 10, 39.5}, 1.7},
+                                      {{-3.6, 9.7, 47.8}, 1.69},
+                                      {{-2.7, 9.2, 56.1}, 1.66},
+                                      {{-3.1, 8.8, 64.5}, 1.63},
+                                      {{-4.3, 9.2, 72.8}, 1.6},
+                                      {{-4.4, 9.3, 81.2}, 1.6}}));
+    spec.branches.push_back(v.branch("RVA", vertebral, {right, 78.6, 3, 8 * degree},
+                                     {{{0, 0, 0}, 1.9},
+                                      {{0.5, 0.5, 5.4}, 1.8},
+                                      {{1.2, 2, 13.5}, 1.75},
+                                      {{0.5, 3.4, 21.6}, 1.7},
+                                      {{0.3, 5.1, 29.8}, 1.65},
+                                      {{1.3, 6.3, 37.9}, 1.63},
+                                      {{2.6, 6.8, 46.1}, 1.6},
+                                      {{3.1, 6.6, 54.3}, 1.6},
+                                      {{2.4, 6, 62.6}, 1.55},
+                                      {{2, 5.6, 70.8}, 1.5},
+                                      {{2.5, 5.6, 79.1}, 1.5}}));
 }
 
 std::vector<VesselKnot> left_common_carotid(const Variation& v, const ArchFigures& f, bool bovine) {

@@ -102,12 +102,10 @@ void add_anterior_half(Variation& v, VesselTreeSpec& spec, const std::string& pr
                                      {carotid, 81.7}));
     spec.branches.push_back(v.branch({lower_division(prefix, side)}, {carotid, 106.1, 2, 5 * degree}));
     spec.branches.push_back(v.branch(
-        {{prefix + "ophthalmic",
-          on_side(
-              side,
-              {{{0, 0, 0}, 0.7}, {{0.4, -3, 1.6}, 0.68}, {{1.2, -9, 2.4}, 0.65}, {{2.6, -16, 1.6}, 0.62}}),
-          small_cerebral}},
-        {carotid, 66.5}));
+        prefix + "ophthalmic", small_cerebral, {carotid, 66.5},
+        on_side(
+            side,
+            {{{0, 0, 0}, 0.7}, {{0.4, -3, 1.6}, 0.68}, {{1.2, -9, 2.4}, 0.65}, {{2.6, -16, 1.6}, 0.62}})));
 }
 
 /// Vertebral, basilar and left posterior cerebral artery are one branch, whose knot at the basilar's tip
@@ -157,20 +155,17 @@ void add_posterior_half(Variation& v, VesselTreeSpec& spec) {
                  {left_posterior, 86.2}));
     for (const double side : {1.0, -1.0}) {
         const std::string prefix = side > 0 ? "L" : "R";
-        spec.branches.push_back(v.branch({{prefix + "SCA",
-                                           on_side(side, {{{0, 0, 0}, 0.7},
-                                                          {{3.5, 0.2, -0.6}, 0.7},
-                                                          {{8.5, 3, -1.6}, 0.67},
-                                                          {{13, 10, -2.5}, 0.65},
-                                                          {{15, 19, -2.5}, 0.6}}),
-                                           small_cerebral}},
-                                         {left_posterior, side > 0 ? 84.0 : 84.8}));
+        spec.branches.push_back(v.branch(prefix + "SCA", small_cerebral,
+                                         {left_posterior, side > 0 ? 84.0 : 84.8},
+                                         on_side(side, {{{0, 0, 0}, 0.7},
+                                                        {{3.5, 0.2, -0.6}, 0.7},
+                                                        {{8.5, 3, -1.6}, 0.67},
+                                                        {{13, 10, -2.5}, 0.65},
+                                                        {{15, 19, -2.5}, 0.6}})));
         spec.branches.push_back(v.branch(
-            {{prefix + "PICA",
-              on_side(side,
-                      {{{0, 0, 0}, 0.7}, {{3.2, 3.2, -1.2}, 0.7}, {{5.5, 9, -4}, 0.66}, {{5, 16, -6}, 0.62}}),
-              small_cerebral}},
-            {side > 0 ? left_posterior : "RVA", 33, 3, 0}));
+            prefix + "PICA", small_cerebral, {side > 0 ? left_posterior : "RVA", 33, 3, 0},
+            on_side(side,
+                    {{{0, 0, 0}, 0.7}, {{3.2, 3.2, -1.2}, 0.7}, {{5.5, 9, -4}, 0.66}, {{5, 16, -6}, 0.62}})));
     }
 }
 
@@ -197,15 +192,13 @@ VesselTreeSpec cerebral(Variation& v) {
                    anterior}},
                  {"ICA+M1+M2sup", 81.7}),
         v.branch({lower_division("", 1)}, {"ICA+M1+M2sup", 106.1, 2, 5 * degree}),
-        v.branch({{"PCOM",
-                   {{{0, 0, 0}, 0.7},
-                    {{-0.8, 2.4, -0.1}, 0.68},
-                    {{-0.7, 4.8, -0.5}, 0.65},
-                    {{-0.8, 7.4, -0.3}, 0.64},
-                    {{-1.5, 9.7, 0.3}, 0.61},
-                    {{-2, 12, 1}, 0.6}},
-                   communicating}},
-                 {"ICA+M1+M2sup", 73.7}),
+        v.branch("PCOM", communicating, {"ICA+M1+M2sup", 73.7},
+                 {{{0, 0, 0}, 0.7},
+                  {{-0.8, 2.4, -0.1}, 0.68},
+                  {{-0.7, 4.8, -0.5}, 0.65},
+                  {{-0.8, 7.4, -0.3}, 0.64},
+                  {{-1.5, 9.7, 0.3}, 0.61},
+                  {{-2, 12, 1}, 0.6}}),
     };
     spec.body = {geometry::Landmark::Sella, Vec3(-15, -9, 4)};  // midway between the cavernous carotids
     spec.targets = {v.target("M1", "ICA+M1+M2sup", 95), v.target("M2sup", "ICA+M1+M2sup", 120),
@@ -221,20 +214,18 @@ VesselTreeSpec circle_of_willis(Variation& v) {
     add_anterior_half(v, spec, "L", 1);
     add_anterior_half(v, spec, "R", -1);
     add_posterior_half(v, spec);
-    BranchSpec front = v.branch(
-        {{"ACOM", {{{0, 0, 0}, 0.75}, {{-3.2, -0.3, 0.3}, 0.73}, {{-6.4, 0, 0}, 0.75}}, communicating}},
-        {"LA1+LA2", 16});
+    BranchSpec front = v.branch("ACOM", communicating, {"LA1+LA2", 16},
+                                {{{0, 0, 0}, 0.75}, {{-3.2, -0.3, 0.3}, 0.73}, {{-6.4, 0, 0}, 0.75}});
     v.join(front, "RA1+RA2", 16);
     spec.branches.push_back(front);
     for (const double side : {1.0, -1.0}) {
         const std::string prefix = side > 0 ? "L" : "R";
-        BranchSpec back = v.branch({{prefix + "PCOM",
-                                     on_side(side, {{{0, 0, 0}, 0.65},
-                                                    {{-1.8, 3.6, -0.6}, 0.61},
-                                                    {{-3.4, 8.4, 0}, 0.61},
-                                                    {{-4.6, 13.4, 1.4}, 0.63}}),
-                                     communicating}},
-                                   {prefix + "ICA+" + prefix + "M1+" + prefix + "M2sup", 73.7});
+        BranchSpec back = v.branch(prefix + "PCOM", communicating,
+                                   {prefix + "ICA+" + prefix + "M1+" + prefix + "M2sup", 73.7},
+                                   on_side(side, {{{0, 0, 0}, 0.65},
+                                                  {{-1.8, 3.6, -0.6}, 0.61},
+                                                  {{-3.4, 8.4, 0}, 0.61},
+                                                  {{-4.6, 13.4, 1.4}, 0.63}}));
         v.join(back, side > 0 ? left_posterior : right_posterior, side > 0 ? 102 : 9.8);
         spec.branches.push_back(back);
     }

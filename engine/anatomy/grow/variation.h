@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/anatomy/grow/patient.h"
@@ -66,6 +67,11 @@ public:
     /// A branch that is named after its stretches. A root is moved so that its knot `anchor` stays where the
     /// mean has it.
     BranchSpec branch(const std::vector<Stretch>&, const Origin& = {}, std::size_t anchor = 0);
+    /// Of one stretch.
+    BranchSpec branch(std::string name, const Traits& traits, const Origin& origin,
+                      std::vector<VesselKnot> knots) {
+        return branch({{std::move(name), std::move(knots), traits}}, origin);
+    }
     /// Ends a branch made here on another one.
     void join(BranchSpec&, const std::string& branch, double at) const;
     /// Where on a branch made here a place of the mean branch lies [mm]; the same on any other branch.

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy_check.h"
-#include "engine/anatomy/import/file_frame.h"
 #include "engine/anatomy/import/mesh_repair.h"
 #include "engine/anatomy/import/naming.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/anatomy/behind_ends.h"
+#include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/import/edge_uses.h"
 #include "physics/geometry/mesh_query.h"
 

@@ -4,18 +4,20 @@
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/import/edge_uses.h"
 #include "engine/anatomy/import/flat_caps.h"
-#include "engine/anatomy/import/hole_filling.h"
-#include "engine/anatomy/import/voxel_steps.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/geometry/vec.h"
 
 namespace anatomy {
 namespace {
@@ -23,6 +25,135 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 using Triangle = std::array<int, 3>;
+
+/// The edges of a mesh, to keep patches from using one a third time.
+class EdgeSet {
+public:
+    explicit EdgeSet(const geometry::TriangleMesh&);
+    bool holds(int a, int b) const { return edges_.contains(key(a, b)); }
+    void add(int a, int b) { edges_.insert(key(a, b)); }
+
+private:
+    static std::uint64_t key(int a, int b) {
+        return static_cast<std::uint64_t>(a < b ? a : b) << 32 | static_cast<std::uint32_t>(a < b ? b : a);
+    }
+    std::unordered_set<std::uint64_t> edges_;
+};
+
+/// The time for the least area grows with the cube of the number of corners of the rim.
+constexpr int longest_rim = 120;
+
+/// Triangulation of least area of a polygon in space, by dynamic programming (Barequet and Sharir 1995).
+class LeastArea {
+public:
+    LeastArea(const TriangleMesh& mesh, const EdgeSet& edges, const std::vector<int>& rim)
+        : mesh_(mesh), edges_(edges), rim_(rim), count_(static_cast<int>(rim.size())) {
+        area_.assign(static_cast<std::size_t>(count_) * count_, 0.0);
+        apex_.assign(area_.size(), -1);
+        for (int span = 2; span < count_; ++span)
+            for (int i = 0; i + span < count_; ++i) solve(i, i + span);
+    }
+    bool found() const { return area_[at(0, count_ - 1)] < std::numeric_limits<double>::infinity(); }
+    void append(TriangleMesh& mesh, EdgeSet& edges) const { append(mesh, edges, 0, count_ - 1); }
+
+private:
+    std::size_t at(int i, int j) const { return static_cast<std::size_t>(i) * count_ + j; }
+    double area(int i, int k, int j) const {
+        const Vec3& a = mesh_.vertices[rim_[i]];
+        return (mesh_.vertices[rim_[k]] - a).cross(mesh_.vertices[rim_[j]] - a).norm();
+    }
+    void solve(int i, int j) {
+        double& least = area_[at(i, j)];
+        least = std::numeric_limits<double>::infinity();
+        const bool outer = i == 0 && j == count_ - 1;
+        if (!outer && edges_.holds(rim_[i], rim_[j])) return;
+        for (int k = i + 1; k < j; ++k) {
+            const double sum = area_[at(i, k)] + area_[at(k, j)] + area(i, k, j);
+            if (sum < least) least = sum, apex_[at(i, j)] = k;
+        }
+    }
+    void append(TriangleMesh& mesh, EdgeSet& edges, int i, int j) const {
+        if (j - i < 2) return;
+        const int k = apex_[at(i, j)];
+        mesh.triangles.push_back({rim_[i], rim_[k], rim_[j]});
+        edges.add(rim_[i], rim_[j]);
+        append(mesh, edges, i, k);
+        append(mesh, edges, k, j);
+    }
+
+    const TriangleMesh& mesh_;
+    const EdgeSet& edges_;
+    const std::vector<int>& rim_;
+    int count_;
+    std::vector<double> area_;  // twice the least area over the rim from i to j
+    std::vector<int> apex_;
+};
+
+EdgeSet::EdgeSet(const TriangleMesh& mesh) {
+    edges_.reserve(2 * mesh.triangles.size());
+    for (const auto& t : mesh.triangles)
+        for (int k = 0; k < 3; ++k) add(t[k], t[(k + 1) % 3]);
+}
+
+/// Closes the hole by the triangulation of its rim with the least area, or by a fan from its centroid where
+/// the rim is long or every triangulation would reuse an edge of the mesh.
+void fill_hole(TriangleMesh& mesh, EdgeSet& edges, const geometry::BoundaryLoop& hole) {
+    const std::vector<int>& rim = hole.vertices;
+    if (static_cast<int>(rim.size()) <= longest_rim) {
+        const LeastArea patch(mesh, edges, rim);
+        if (patch.found()) {
+            patch.append(mesh, edges);
+            return;
+        }
+    }
+    const int centre = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.push_back(hole.centroid);
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+        mesh.triangles.push_back({centre, rim[i], rim[(i + 1) % rim.size()]});
+        edges.add(centre, rim[i]);
+    }
+}
+
+/// Whether most of the surface lies along the axes, as that of voxels does, and not along one of them only,
+/// as that of a flat vessel may.
+bool is_made_of_steps(const TriangleMesh& mesh) {
+    constexpr double most_along_axes = 0.6, cosine = 0.97, most_along_one = 0.65;
+    Vec3 along = Vec3::Zero();
+    double whole = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3& a = mesh.vertices[t[0]];
+        const Vec3 normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+        whole += normal.norm();
+        int axis = 0;
+        if (normal.cwiseAbs().maxCoeff(&axis) > cosine * normal.norm()) along[axis] += normal.norm();
+    }
+    return along.sum() > most_along_axes * whole && along.maxCoeff() < most_along_one * along.sum();
+}
+
+/// Smooths a surface without shrinking it, each corner towards its neighbours and back (Taubin 1995); a rim
+/// stays where it is.
+void smooth(TriangleMesh& mesh, int rounds = 8) {
+    std::vector<char> rim(mesh.vertices.size(), 0);
+    EdgeUses(mesh.triangles).each([&](const auto* first, const auto* last) {
+        if (last - first == 1) rim[first->low] = rim[first->high] = 1;
+    });
+    std::vector<Vec3> sums(mesh.vertices.size());
+    std::vector<int> counts(mesh.vertices.size());
+    for (int pass = 0; pass < 2 * rounds; ++pass) {
+        std::fill(sums.begin(), sums.end(), Vec3::Zero());
+        std::fill(counts.begin(), counts.end(), 0);
+        for (const Triangle& t : mesh.triangles) {
+            for (int k = 0; k < 3; ++k) {
+                sums[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
+                counts[t[k]] += 2;
+            }
+        }
+        const double step = pass % 2 == 0 ? 0.5 : -0.53;
+        for (std::size_t v = 0; v < sums.size(); ++v) {
+            if (counts[v] > 0 && !rim[v]) mesh.vertices[v] += step * (sums[v] / counts[v] - mesh.vertices[v]);
+        }
+    }
+}
 
 void remove(std::vector<Triangle>& triangles, const std::vector<char>& gone) {
     std::size_t kept = 0;

@@ -1,10 +1,14 @@
 #pragma once
-/// Names for the branches, ends and targets of an imported lumen.
+/// What a mesh does not say of itself: names for its branches, ends and targets, and how its numbers become
+/// millimetres in the patient's frame, LPS.
 
 #include <span>
+#include <string>
+#include <vector>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/import/given_centrelines.h"
+#include "physics/geometry/vec.h"
 
 namespace anatomy {
 
@@ -25,5 +29,17 @@ NamedPlace parse_named_place(const std::string&);
 /// number. Throws InputError for a place farther from every end than 3 of its radii, and for two names of one
 /// end.
 void give_names(Anatomy&, std::span<const GivenLine>, std::span<const NamedPlace>);
+
+/// What a mesh file does not say of its own numbers.
+struct FileFrame {
+    double scale = 1;                    // after the unit
+    std::string axes = "lps";            // or ras: x to the right, y to the front
+    std::vector<std::string> rotations;  // "AXIS:DEG" about the origin, in this order, right-handed
+};
+
+/// From the file's numbers, in millimetres by its unit, to the patient's frame. Throws InputError.
+geometry::Mat3 to_patient(const FileFrame&);
+
+void transform(const geometry::Mat3&, std::vector<geometry::Vec3>& points);
 
 }  // namespace anatomy

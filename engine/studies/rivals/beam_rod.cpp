@@ -7,6 +7,9 @@
 namespace rivals {
 namespace {
 
+constexpr double largest_move = 0.3;  // of a node in one step, over the radius of the lumen [-]
+constexpr double tolerance = 1e-10;   // at rest: no node moves farther in a full Newton step [mm]
+
 /// A function of a cosine with its first two derivatives.
 struct Jet {
     double value, first, second;
@@ -221,7 +224,7 @@ Progress BeamRod::advance(int rounds) {
     if (diverged_) return Progress::Diverged;
     const int n = segments();
     const double least = 1e-6 * spec_.bending / std::pow(spec_.segment_length, 3),
-                 cap = settings_.largest_move * (tube_ ? tube_->radius() : n * spec_.segment_length);
+                 cap = largest_move * (tube_ ? tube_->radius() : n * spec_.segment_length);
     for (int round = 0; round < rounds; ++round) {
         assemble();
         ++tally_.rounds;
@@ -243,7 +246,7 @@ Progress BeamRod::advance(int rounds) {
             }
             shift_ = std::max(4 * shift_, least);
         }
-        if (shift_ == 0 && farthest < settings_.tolerance) {
+        if (shift_ == 0 && farthest < tolerance) {
             move(1);
             return Progress::AtRest;
         }

@@ -13,15 +13,9 @@
 
 namespace rivals {
 
-struct BeamSettings {
-    double largest_move = 0.3;  // of a node in one step, over the radius of the lumen [-]
-    double tolerance = 1e-10;   // at rest: no node moves farther in a full Newton step [mm]
-};
-
 class BeamRod final : public Rival {
 public:
-    BeamRod(const RodSpec& spec, const Tube* tube, const BeamSettings& settings)
-        : Rival(spec, tube), settings_(settings) {}
+    using Rival::Rival;
     void start(const std::vector<Vec3>& nodes) override;
     /// A round is one Newton step with its line search.
     Progress advance(int rounds) override;
@@ -36,7 +30,6 @@ private:
     bool solve(double shift);
     void move(double share);
 
-    BeamSettings settings_;
     std::vector<Vec3> directions_;           // t_0…t_N, unit
     std::vector<Mat32> planes_;              // bases of the planes ⟂ t
     std::vector<Vec5> gradient_, step_;      // over place and direction of node i

@@ -40,6 +40,7 @@ enum class Progress {
 
 class Rival {
 public:
+    Rival(RodSpec spec, const Tube* tube) : spec_(std::move(spec)), tube_(tube) {}
     virtual ~Rival() = default;
     /// Takes the rod as it lies, N+1 nodes, and forgets all else. Throws std::invalid_argument for fewer than
     /// two nodes or one that is not finite.
@@ -52,7 +53,6 @@ public:
     const Tally& tally() const { return tally_; }
 
 protected:
-    Rival(RodSpec spec, const Tube* tube) : spec_(std::move(spec)), tube_(tube) {}
     void take(const std::vector<Vec3>& nodes);
     /// Wall of node i ≥ 1; without a tube there is none.
     Touch touch(int i, bool with_curvature) {

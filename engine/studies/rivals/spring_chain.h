@@ -12,15 +12,10 @@ enum class Damping {
     Critical  // viscous, 2ω of the slowest motion under way, which Rayleigh's quotient estimates
 };
 
-struct ChainSettings {
-    Damping damping = Damping::Kinetic;
-    double safety = 2;  // of the masses over the least that Gershgorin's bound asks for
-};
-
 class SpringChain final : public Rival {
 public:
-    SpringChain(const RodSpec& spec, const Tube* tube, const ChainSettings& settings)
-        : Rival(spec, tube), settings_(settings) {}
+    SpringChain(const RodSpec& spec, const Tube* tube, Damping damping)
+        : Rival(spec, tube), damping_(damping) {}
     void start(const std::vector<Vec3>& nodes) override;
     Progress advance(int rounds) override;
     double energy() const override;
@@ -28,7 +23,7 @@ public:
 private:
     void find_forces();
 
-    ChainSettings settings_;
+    Damping damping_;
     std::vector<Vec3> forces_, old_forces_, velocities_, axes_;
     std::vector<char> pressed_;
     double kinetic_ = 0;

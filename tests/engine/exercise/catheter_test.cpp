@@ -5,8 +5,8 @@
 #include <random>
 
 #include "engine/exercise/chain.h"
+#include "engine/exercise/device_rules.h"
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/lumen_flow.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/trace.h"
 #include "engine/run/truth_files.h"

@@ -63,11 +63,10 @@ TEST_F(DoseTest, OfARunWithoutImagesIsInItsScore) {
     EXPECT_GT(*dark.score.air_kerma, 0);
     EXPECT_EQ(*dark.score.air_kerma, *lit.score.air_kerma);
     EXPECT_EQ(*dark.score.area_product, *lit.score.area_product);
-    EXPECT_EQ(*run::run_headless(test::small_scenario_with_patient(), script, nullptr).score.air_kerma,
+    EXPECT_EQ(*run::run_headless(test::small_scenario_with_patient(), script).score.air_kerma,
               *lit.score.air_kerma);
     options.dose = false;
-    EXPECT_FALSE(
-        run::run_headless(test::small_scenario_with_patient(), script, nullptr, options).score.air_kerma);
+    EXPECT_FALSE(run::run_headless(test::small_scenario_with_patient(), script, options).score.air_kerma);
 }
 
 TEST_F(DoseTest, OfASnapshotGoesOnWithoutImages) {

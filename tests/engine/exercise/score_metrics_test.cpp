@@ -7,7 +7,7 @@
 #include <set>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
 #include "engine/exercise/smoothness.h"
 #include "tests/engine/fixtures.h"

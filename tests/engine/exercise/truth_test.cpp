@@ -1,4 +1,3 @@
-#include "engine/exercise/truth.h"
 
 #include <nlohmann/json.hpp>
 

@@ -23,6 +23,16 @@ struct Walk {
     anatomy::Anatomy anatomy = tree();
     WrongTurns turns{anatomy, {50, 0, -50}, {40, 0, 60}};  // from the left leg to the left renal artery
     void to(double x, double z) { turns.observe(anatomy, {x, 0, z}, 0.5); }
+    int entries() const {
+        int sum = 0;
+        for (const WrongBranch& branch : turns.branches()) sum += branch.entries;
+        return sum;
+    }
+    double seconds() const {
+        double sum = 0;
+        for (const WrongBranch& branch : turns.branches()) sum += branch.seconds;
+        return sum;
+    }
 };
 
 }  // namespace
@@ -33,8 +43,8 @@ TEST(WrongTurns, TheWayToTheTargetIsNone) {
     for (double z = 0; z < 60; z += 2) walk.to(0, z);
     for (double x = 0; x < 45; x += 2) walk.to(x, 60);
     walk.to(0, 95);  // beyond the ostium, but in the aorta
-    EXPECT_EQ(walk.turns.entries(), 0);
-    EXPECT_EQ(walk.turns.seconds(), 0);
+    EXPECT_EQ(walk.entries(), 0);
+    EXPECT_EQ(walk.seconds(), 0);
 }
 
 TEST(WrongTurns, CountsEntriesAndTimeByName) {
@@ -52,29 +62,29 @@ TEST(WrongTurns, CountsEntriesAndTimeByName) {
     EXPECT_EQ(walk.turns.branches()[1].name, "RRA");
     EXPECT_EQ(walk.turns.branches()[1].entries, 2);
     EXPECT_DOUBLE_EQ(walk.turns.branches()[1].seconds, 1.0);
-    EXPECT_EQ(walk.turns.entries(), 3);
-    EXPECT_DOUBLE_EQ(walk.turns.seconds(), 2.0);
+    EXPECT_EQ(walk.entries(), 3);
+    EXPECT_DOUBLE_EQ(walk.seconds(), 2.0);
 }
 
 TEST(WrongTurns, AnOstiumIsNoEntryAndAnUncertainTipEntersOnce) {
     Walk walk;
     walk.to(-9.5, 55);  // in the mouth of the right renal artery, half a millimetre out of the aorta
-    EXPECT_EQ(walk.turns.entries(), 0);
+    EXPECT_EQ(walk.entries(), 0);
     walk.to(-10.5, 55);
-    EXPECT_EQ(walk.turns.entries(), 1);
+    EXPECT_EQ(walk.entries(), 1);
     walk.to(-9.5, 55);  // has not left until it is back inside the aorta
     walk.to(-10.5, 55);
-    EXPECT_EQ(walk.turns.entries(), 1);
+    EXPECT_EQ(walk.entries(), 1);
     walk.to(-8.5, 55);
     walk.to(-10.5, 55);
-    EXPECT_EQ(walk.turns.entries(), 2);
+    EXPECT_EQ(walk.entries(), 2);
 }
 
 TEST(WrongTurns, BeyondTheTargetABranchIsWrongAndTheWayBackIntoItsParentIsNoEntry) {
     Walk walk;
     walk.to(45, 82.5);
     walk.to(30, 60);
-    EXPECT_EQ(walk.turns.entries(), 1);
+    EXPECT_EQ(walk.entries(), 1);
     EXPECT_EQ(walk.turns.branches()[0].name, "LRA+pole");
 
     WrongTurns other(walk.anatomy, {50, 0, -50},
@@ -94,10 +104,10 @@ TEST(WrongTurns, StateIsRestored) {
     const auto kept = geometry::state_of(walk.turns);
     walk.to(0, 55);
     walk.to(-30, 55);
-    EXPECT_EQ(walk.turns.entries(), 2);
+    EXPECT_EQ(walk.entries(), 2);
     geometry::restore_state(walk.turns, kept);
     walk.to(-30, 55);
-    EXPECT_EQ(walk.turns.entries(), 1);
+    EXPECT_EQ(walk.entries(), 1);
 }
 
 }  // namespace exercise

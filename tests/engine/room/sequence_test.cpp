@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/exercise/exercise.h"
-#include "render/picture/shift.h"
+#include "render/picture/resample.h"
 #include "tests/engine/fixtures.h"
 
 namespace room {

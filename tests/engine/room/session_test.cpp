@@ -65,7 +65,7 @@ run::RunResult replayed(const std::filesystem::path& recording) {
     run::RunOptions options;
     options.expect = recording;
     options.images = false;
-    return run::run_headless(test::small_scenario(), script, nullptr, options);
+    return run::run_headless(test::small_scenario(), script, options);
 }
 
 TEST(Session, WhatHandsDidReplaysToTheSameStates) {
@@ -168,18 +168,17 @@ TEST(Session, ItsImagesAreThoseOfARunToTheByte) {
         "0 beam on\n1..8 advance 1 mm\n4 contrast 20 mg/ml\n10 mode dsa\n12 contrast 60 mg/ml\n16 mode "
         "roadmap\n20 end\n",
         "script.gw");
-    struct Last : run::FrameSink {
-        void accept(int, const render::GrayImage& image) override { shown = image; }
-        void finish() override {}
-        render::GrayImage shown;
-    } last;
-    run::run_headless(test::small_scenario(), script, &last);
+    render::GrayImage last;
+    run::RunOptions whole;
+    whole.images_for_observer = true;
+    whole.observer = [&](const exercise::Frame&, exercise::Exercise& exercise) { last = exercise.image(); };
+    run::run_headless(test::small_scenario(), script, whole);
     SessionOptions options = options_of();
     options.script = script;
     Begun session(std::move(options));
     ASSERT_TRUE(wait_for(session, Phase::Ended));
     ASSERT_TRUE(session.view()->image);
-    EXPECT_EQ(*session.view()->image, last.shown);
+    EXPECT_EQ(*session.view()->image, last);
 }
 
 TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {

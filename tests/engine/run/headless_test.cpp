@@ -21,13 +21,6 @@ RunOptions fast() {
     return options;
 }
 
-class Frames final : public FrameSink {
-public:
-    void accept(int frame, const render::GrayImage&) override { numbers.push_back(frame); }
-    void finish() override {}
-    std::vector<int> numbers;
-};
-
 std::vector<std::string> names_in(const std::filesystem::path& folder) {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -100,11 +93,12 @@ TEST_F(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {
 }
 
 TEST_F(Headless, EveryKthFrameAndTheLastAreShown) {
-    Frames frames;
     RunOptions options;
     options.every = 5;
-    run_headless(test::small_scenario(), script(), &frames, options);
-    EXPECT_EQ(frames.numbers, (std::vector<int>{0, 5, 10, 12}));
+    run_headless(test::small_scenario(), script(), folder / "out", options);
+    std::vector<std::string> expected;
+    for (const int frame : {0, 5, 10, 12}) expected.push_back(frame_file_name(frame));
+    EXPECT_EQ(names_in(folder / "out/frames"), expected);
 }
 
 TEST_F(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
@@ -122,9 +116,8 @@ TEST_F(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
 
 TEST_F(Headless, ImagesHaveNoEffectOnTheState) {
     RunOptions options;
-    Frames frames;
-    EXPECT_EQ(run_headless(test::small_scenario(), script(), &frames, options).state_hash,
-              run_headless(test::small_scenario(), script(), nullptr, options).state_hash);
+    EXPECT_EQ(run_headless(test::small_scenario(), script(), folder / "out", options).state_hash,
+              run_headless(test::small_scenario(), script(), options).state_hash);
 }
 
 TEST(Replay, OfARecordingReachesTheSameState) {
@@ -152,11 +145,10 @@ TEST(Replay, OfOtherCommandsIsTold) {
 }
 
 TEST(Replay, OfAResetReachesTheStateOfAFreshRun) {
-    const RunResult fresh =
-        run_headless(test::small_scenario(), script("0..5 advance 3 mm\n8 end\n"), nullptr);
-    const RunResult used = run_headless(
-        test::small_scenario(),
-        script("0..9 advance 2 mm\n3 rotate 80 deg\n20 reset\n20..25 advance 3 mm\n28 end\n"), nullptr);
+    const RunResult fresh = run_headless(test::small_scenario(), script("0..5 advance 3 mm\n8 end\n"));
+    const RunResult used =
+        run_headless(test::small_scenario(),
+                     script("0..9 advance 2 mm\n3 rotate 80 deg\n20 reset\n20..25 advance 3 mm\n28 end\n"));
     EXPECT_EQ(used.state_hash, fresh.state_hash);
 }
 
@@ -202,14 +194,14 @@ TEST_F(Headless, InterruptionLeavesTheTruthOfAFrameWholeOrNotAtAll) {
 TEST_F(Headless, TimeLimitEndsTheRun) {
     scenario::Scenario scenario = test::small_scenario();
     scenario.time_limit = 0.4;
-    const RunResult result = run_headless(scenario, script(), nullptr);
+    const RunResult result = run_headless(scenario, script());
     EXPECT_TRUE(result.time_is_up);
     EXPECT_EQ(result.frames, 6);
 }
 
 TEST_F(Headless, RunGoesOnForTheHoldAfterTheLastCommand) {
     // 0.2 s at 15 Hz are 3 frames, and one more.
-    EXPECT_EQ(run_headless(test::small_scenario(), script("5 advance 1 mm\n"), nullptr).frames, 10);
+    EXPECT_EQ(run_headless(test::small_scenario(), script("5 advance 1 mm\n")).frames, 10);
 }
 
 TEST_F(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
@@ -245,8 +237,7 @@ TEST_F(Headless, PanelIsKeptBesideTheFrames) {
 }
 
 TEST_F(Headless, StopOfTheWireIsNoticed) {
-    const RunResult result =
-        run_headless(test::small_scenario(), script("0 beam on\n0 withdraw 100 mm\n"), nullptr);
+    const RunResult result = run_headless(test::small_scenario(), script("0 beam on\n0 withdraw 100 mm\n"));
     ASSERT_EQ(result.notices.size(), 1u);
     test::expect_said(result.notices[0], "withdrawal stopped");
 }
@@ -255,7 +246,7 @@ TEST_F(Headless, ProgressIsToldAfterEachFrame) {
     RunOptions options;
     std::vector<int> frames;
     options.progress = [&](const Progress& p) { frames.push_back(p.frame * 100 + p.frames); };
-    run_headless(test::small_scenario(), script("2 end\n"), nullptr, options);
+    run_headless(test::small_scenario(), script("2 end\n"), options);
     EXPECT_EQ(frames, (std::vector<int>{103, 203, 303}));
 }
 

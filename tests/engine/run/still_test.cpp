@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "engine/run/picture_file.h"
 #include "tests/engine/fixtures.h"
 
 namespace run {
@@ -56,7 +57,7 @@ TEST(Still, RefusesWhatCannotBeFollowed) {
     beyond.lao = 3;
     test::expect_said(test::refusal([&] { still(beyond); }), "within 120 degrees");
     test::expect_said(test::refusal([&] { still({}, "0 inject 5 ml at 5 ml/s into nowhere\n"); }), "nowhere");
-    EXPECT_NE(test::refusal([&] { write_still("/nowhere/x.png", still({})); }), "");
+    EXPECT_NE(test::refusal([&] { write_picture("/nowhere/x.png", still({})); }), "");
 }
 
 }  // namespace run

@@ -1,7 +1,7 @@
-#include "engine/scenario/vessel_motion.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
+
+#include "engine/scenario/breathing.h"
 
 namespace scenario {
 

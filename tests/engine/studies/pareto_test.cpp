@@ -1,6 +1,6 @@
-#include "engine/studies/pareto.h"
-
 #include <gtest/gtest.h>
+
+#include "engine/studies/pareto_measure.h"
 
 namespace studies {
 

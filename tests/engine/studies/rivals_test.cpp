@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "engine/anatomy/scenes.h"
-#include "engine/studies/pareto_vessels.h"
+#include "engine/studies/pareto_methods.h"
 #include "engine/studies/plain_wire.h"
 #include "engine/studies/rivals/beam_rod.h"
 #include "engine/studies/rivals/position_rod.h"
@@ -27,11 +27,11 @@ std::unique_ptr<Rival> make_rival(Kind kind, const RodSpec& spec, const Tube* tu
         case Kind::Position:
             return std::make_unique<PositionRod>(spec, tube, PositionSettings{0.1, 16, false, true});
         case Kind::Chain:
-            return std::make_unique<SpringChain>(spec, tube, ChainSettings{Damping::Critical});
+            return std::make_unique<SpringChain>(spec, tube, Damping::Critical);
         case Kind::Beam:
             break;
     }
-    return std::make_unique<BeamRod>(spec, tube, BeamSettings{});
+    return std::make_unique<BeamRod>(spec, tube);
 }
 
 std::vector<Vec3> straight_nodes(int n, double length) {

@@ -7,7 +7,7 @@
 #include "physics/geometry/random.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
-#include "render/picture/fast_exp.h"
+#include "render/picture/fast_math.h"
 #include "render/xray/path_length.h"
 
 namespace {

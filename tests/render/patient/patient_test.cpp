@@ -443,7 +443,8 @@ TEST(Patient, HasVertebraeOfPublishedSize) {
     const auto& layers = body_of(-60, 60);
     const Inside bone(*mesh_of(layers, "bones")), marrow(*mesh_of(layers, "marrow"));
     for (const char* name : {"L3", "L2"}) {
-        const render::Vertebra& level = render::vertebra(name);
+        const render::Vertebra& level =
+            *std::ranges::find(render::vertebrae(), name, &render::Vertebra::name);
         const Vec3 middle(0.0, level.front + level.half_depth, level.z);
         const double up = first_change(bone, middle, Vec3::UnitZ(), 0.0, 40.0),
                      down = first_change(bone, middle, -Vec3::UnitZ(), 0.0, 40.0);

@@ -1,11 +1,9 @@
-#include "render/picture/fast_exp.h"
-
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <vector>
 
-#include "render/picture/fast_log.h"
+#include "render/picture/fast_math.h"
 
 TEST(FastExp, IsTheExponentialToSingleDigits) {
     double largest = 0.0;

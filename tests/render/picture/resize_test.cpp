@@ -1,9 +1,8 @@
-#include "render/picture/resize.h"
-
 #include <gtest/gtest.h>
 #include <stdexcept>
 #include <vector>
 
+#include "render/picture/resample.h"
 #include "tests/render/images.h"
 
 namespace {

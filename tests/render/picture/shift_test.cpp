@@ -1,7 +1,7 @@
-#include "render/picture/shift.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
+
+#include "render/picture/resample.h"
 
 namespace {
 

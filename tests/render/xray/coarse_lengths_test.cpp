@@ -1,5 +1,3 @@
-#include "render/xray/coarse_lengths.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -7,6 +5,7 @@
 
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/path_length.h"
 
 namespace {

@@ -8,7 +8,6 @@
 
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
-#include "render/xray/measuring_field.h"
 
 namespace {
 

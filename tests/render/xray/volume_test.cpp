@@ -9,7 +9,6 @@
 #include "render/xray/beam_images.h"
 #include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
-#include "render/xray/spline_enlarge.h"
 
 namespace {
 

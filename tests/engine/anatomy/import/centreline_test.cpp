@@ -1,7 +1,6 @@
-#include "engine/anatomy/import/centreline.h"
-
 #include <gtest/gtest.h>
 
+#include "engine/anatomy/import/branch_tree.h"
 #include "engine/anatomy/import/mesh_cut.h"
 #include "tests/engine/anatomy/tubes.h"
 

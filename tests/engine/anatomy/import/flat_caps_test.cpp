@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "engine/studies/import_truth.h"
+#include "engine/studies/anatomy_sign.h"
 #include "tests/engine/anatomy/tubes.h"
 
 namespace anatomy {

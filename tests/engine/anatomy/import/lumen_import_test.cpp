@@ -7,7 +7,7 @@
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/import/given_centrelines.h"
 #include "engine/anatomy/import/import_run.h"
-#include "engine/studies/import_truth.h"
+#include "engine/studies/anatomy_sign.h"
 #include "physics/wall/distance_field.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/anatomy/tubes.h"

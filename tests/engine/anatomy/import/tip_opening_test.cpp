@@ -1,7 +1,7 @@
-#include "engine/anatomy/import/tip_opening.h"
-
 #include <algorithm>
 #include <gtest/gtest.h>
+
+#include "engine/anatomy/import/end_choice.h"
 
 namespace anatomy {
 namespace {
