@@ -14,9 +14,7 @@ namespace {
 using test::run, test::TemporaryFolder;
 
 scenario::Scenario renal(std::uint64_t seed) {
-    const std::array chosen = {scenario::Override{"anatomy.seed", std::to_string(seed)}};
-    scenario::Scenario s =
-        scenario::load_scenario(test::asset("scenarios/renal.toml"), test::asset("devices"), chosen);
+    scenario::Scenario s = test::shipped_scenario("renal", {{"anatomy.seed", std::to_string(seed)}});
     s.c_arm.pixels = 64;
     return s;
 }

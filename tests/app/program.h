@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <string>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -59,13 +60,33 @@ inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>
     return Started(folder, command(words)).wait();
 }
 
+/// Words of a command with what it needs, and then `more`.
+inline std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
+/// Runs the program where no file may grow beyond so many blocks of 1024 bytes.
+inline Outcome run_with_small_files(int blocks, const TemporaryFolder& folder,
+                                    const std::vector<std::string>& words) {
+    const std::string limited = "ulimit -f " + std::to_string(blocks) + "; exec \"$0\" \"$@\"";
+    return Started(folder, joined({"bash", "-c", limited}, command(words))).wait();
+}
+
 /// Words of a run of `s_bend` into a folder, and more words.
 inline std::vector<std::string> s_bend_run(const std::filesystem::path& out,
                                            const std::vector<std::string>& more = {},
                                            const std::string& script = good_script) {
-    std::vector<std::string> words = {"run", "s_bend", "--commands", script, "--out", out};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+    return joined({"run", "s_bend", "--commands", script, "--out", out}, more);
+}
+
+/// A run of `s_bend` into `out` of the folder that ends only when it is told to; it has recorded `frame`.
+inline Started endless_run(const TemporaryFolder& folder, const std::string& out, int frame) {
+    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+    Started started(folder, command(s_bend_run(folder / out, {"--frames", "none"}, folder / "long.gw")));
+    const std::string state = "state " + std::to_string(frame) + " ";
+    while (read(folder / (out + "/run.gw")).find(state) == std::string::npos) std::this_thread::yield();
+    return started;
 }
 
 /// The program refused its input with this in its message.

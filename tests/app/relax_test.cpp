@@ -30,9 +30,9 @@ class Bench : public testing::Test {
 public:
     Bench() { write(folder / "tube.csv", bent_tube()); }
     Outcome relax(const Words& words) const {
-        Words all = {"relax", "--out", folder / "joints.csv", "--report", folder / "report.json"};
-        all.insert(all.end(), words.begin(), words.end());
-        return run(folder, all);
+        return run(folder,
+                   test::joined({"relax", "--out", folder / "joints.csv", "--report", folder / "report.json"},
+                                words));
     }
     Words good(const Words& instead = {}) const {
         std::vector<std::pair<std::string, std::string>> flags = {
@@ -77,8 +77,7 @@ TEST_F(Relax, AnUnevenWallIsReportedAndItsTermsGiveTheSameWireAgain) {
     const auto even = nlohmann::json::parse(read(folder / "report.json"));
     EXPECT_TRUE(even["wall_variation"].is_null());
     const Words method = {"--method", "segment:2:printed", "--wall-stiffness", "2"};
-    Words words = method;
-    words.insert(words.end(), {"--wall-variation", "5"});
+    Words words = test::joined(method, {"--wall-variation", "5"});
     const Outcome drawn = relax(good(words));
     ASSERT_EQ(drawn.code, 0) << drawn.error;
     test::expect_said(drawn.out, "segment:2:printed");
@@ -257,9 +256,7 @@ TEST_F(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
     expect_refused(anatomy, "iliac-renal.anatomy.json: no such anatomy");
     expect_refused({"--anatomy", anatomy.back()}, "both were given");
     anatomy::write_anatomy(test::iliac_renal(), folder.path(), {});
-    Words unknown = anatomy;
-    unknown.insert(unknown.end(), {"--branch", "LCX"});
-    expect_refused(unknown, "--branch: 'LCX' is no branch of");
+    expect_refused(test::joined(anatomy, {"--branch", "LCX"}), "--branch: 'LCX' is no branch of");
     std::string stl = read(folder / "iliac-renal.stl");
     stl.replace(84 + 50 * 30'000, 50, stl.substr(84, 50));  // one triangle gone, another twice
     write(folder / "iliac-renal.stl", stl);
@@ -278,19 +275,6 @@ TEST_F(RelaxRefuses, FilesThatCannotBeWritten) {
     EXPECT_EQ(read(folder / "tube.csv"), bent_tube());
     words[2] = folder / "report.json";
     test::expect_said(run(folder, words).error, "would be written twice");
-}
-
-TEST(StudyCommand, ListsAndRefuses) {
-    const TemporaryFolder folder;
-    const Outcome listed = run(folder, {"study"});
-    EXPECT_EQ(listed.code, 0);
-    test::expect_said(listed.out, "stability ");
-    const Outcome unknown = run(folder, {"study", "stabilty", "--out", folder / "out"});
-    expect_refused(unknown, "'stabilty' is not a study; studies are: stability");
-    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
-    write(folder / "file", "");
-    const Outcome blocked = run(folder, {"study", "stability", "--out", folder / "file/out"});
-    expect_refused(blocked, "file/out: cannot be written");
 }
 
 }  // namespace app

@@ -96,15 +96,10 @@ TEST_F(RunCommand, DifferenceFromWhatWasExpectedIsExitCodeThree) {
 }
 
 TEST_F(RunCommand, ChangedPixelIsExitCodeThree) {
-    const std::vector<std::string> words = {"run",     "s_bend", "--commands", good_script,
-                                            "--every", "20",     "--out"};
-    auto first = words, second = words;
-    first.push_back(folder / "1");
-    run(folder, first);
+    run(folder, s_bend_run(folder / "1", {"--every", "20"}));
     std::filesystem::copy_file(folder / "1/frames/frame_000000.png", folder / "1/frames/frame_000020.png",
                                std::filesystem::copy_options::overwrite_existing);
-    second.insert(second.end(), {folder / "2", "--expect", folder / "1"});
-    const auto result = run(folder, second);
+    const auto result = run(folder, s_bend_run(folder / "2", {"--every", "20", "--expect", folder / "1"}));
     EXPECT_EQ(result.code, 3);
     test::expect_said(result.error, "frame 20 differs");
 }
@@ -112,11 +107,8 @@ TEST_F(RunCommand, ChangedPixelIsExitCodeThree) {
 TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
     for (const int number : {SIGINT, SIGTERM}) {
         const TemporaryFolder fresh;
-        write(fresh / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-        const test::Started started(
-            fresh, test::command(s_bend_run(fresh / "1", {"--frames", "none"}, fresh / "long.gw")));
-        // Wait until frames come, then stop it: whatever frame that is, what is left must replay.
-        while (read(fresh / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+        // Whatever frame it is stopped in, what is left must replay.
+        const Started started = test::endless_run(fresh, "1", 10);
         started.signal(number);
         const auto result = started.wait();
         EXPECT_EQ(result.code, 130) << result.error;
@@ -131,10 +123,7 @@ TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
 }
 
 TEST_F(RunCommand, KilledProgramLeavesARecordingThatReplays) {
-    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const test::Started started(
-        folder, test::command(s_bend_run(folder / "1", {"--frames", "none"}, folder / "long.gw")));
-    while (read(folder / "1/run.gw").find("state 20 ") == std::string::npos) std::this_thread::yield();
+    const Started started = test::endless_run(folder, "1", 20);
     started.signal(SIGKILL);
     EXPECT_EQ(started.wait().code, 1000 + SIGKILL);
     const auto again = run(folder, s_bend_run(folder / "2", {"--frames", "none"}, folder / "1/run.gw"));

@@ -5,8 +5,8 @@
 namespace app {
 namespace {
 
-using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::s_bend_run,
-    test::TemporaryFolder, test::write;
+using test::asset, test::expect_refused, test::good_script, test::read, test::replaced, test::run,
+    test::s_bend_run, test::TemporaryFolder, test::write;
 
 /// A recording of the S-bend's solution.
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& learner = "") {
@@ -14,12 +14,6 @@ std::filesystem::path recorded(const TemporaryFolder& folder, const std::string&
     if (!learner.empty()) words.insert(words.end(), {"--learner", learner});
     EXPECT_EQ(run(folder, words).code, 0);
     return folder / "out/run.gw";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return text.replace(at, from.size(), to);
 }
 
 }  // namespace

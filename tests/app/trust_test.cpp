@@ -15,24 +15,24 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run, test::Started,
-    test::TemporaryFolder, test::write;
+using test::asset, test::good_script, test::joined, test::Outcome, test::read, test::run, test::s_bend_run,
+    test::Started, test::TemporaryFolder, test::write;
 using Words = std::vector<std::string>;
 
 /// Runs the program below `folder`: its cache and its home are there too, and whoever waits is ended.
 Outcome at_home(const TemporaryFolder& folder, const Words& words) {
-    Words all = {"env",
-                 "-u",
-                 "DISPLAY",
-                 "HOME=" + folder.path().string(),
-                 "XDG_CACHE_HOME=" + (folder / "home").string(),
-                 "XDG_DATA_HOME=" + (folder / "home").string(),
-                 "timeout",
-                 "-k",
-                 "1",
-                 "120"};
-    for (const std::string& word : test::command(words)) all.push_back(word);
-    return Started(folder, all).wait();
+    const std::string home = folder / "home";
+    const Words before = {"env",
+                          "-u",
+                          "DISPLAY",
+                          "HOME=" + folder.path().string(),
+                          "XDG_CACHE_HOME=" + home,
+                          "XDG_DATA_HOME=" + home,
+                          "timeout",
+                          "-k",
+                          "1",
+                          "120"};
+    return Started(folder, joined(before, test::command(words))).wait();
 }
 
 /// Every file below the folder, but what the test itself has redirected.
@@ -44,12 +44,6 @@ Words files_below(const std::filesystem::path& folder) {
             names.push_back(entry.path().string());
     std::sort(names.begin(), names.end());
     return names;
-}
-
-/// Words of a command with what it needs, and then `more`.
-Words joined(Words words, const Words& more) {
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
 }
 
 /// Files and words for commands that would have to grow vessels.
@@ -87,6 +81,8 @@ TEST_F(Trust, OutputsThatCannotBeWrittenAreRefusedBeforeVesselsAreMade) {
     for (const std::string& bad : {std::string("/proc/nope"), (folder / "file").string()}) {
         const std::string below = bad + "/x";
         expect_refused_at_once(joined(run, {"--out", bad}), "cannot be written");
+        expect_refused_at_once(joined(run, {"--out", below}),
+                               "x: cannot be written: the output folder cannot be made");
         expect_refused_at_once(joined(run, {"--out", folder / "out", "--frames", "none", "--trace", below}),
                                "x: cannot be written");
         expect_refused_at_once(joined(render, {"--out", below + ".png"}), "cannot be written");
@@ -319,24 +315,24 @@ TEST_F(Trust, WholeNumbersAreDecimal) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
+/// Nothing that was said does anything to the terminal.
+bool plain(const Outcome& result) {
+    return std::ranges::none_of(result.out + result.error, [](char byte) {
+        return (byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f;
+    });
+}
+
 TEST_F(Trust, OptionsAreQuotedWithoutControlCharacters) {
     const std::string wild = "all\x1b[2J\a";
     for (const char* option :
          {"--every", "--frames", "--dicom", "--learner", "--expect", "--trace", "--cache"}) {
         const Outcome result = run(folder, s_bend_run(folder / "out", {option, wild}));
-        for (const char byte : result.error + result.out)
-            ASSERT_FALSE((byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f)
-                << option << result.error;
+        ASSERT_TRUE(plain(result)) << option << result.error;
     }
 }
 
 /// What a stranger's file says is shown, and does nothing to the terminal.
 TEST_F(Trust, TextOfFilesIsPrintedWithoutControlCharacters) {
-    const auto plain = [](const Outcome& result) {
-        for (const char byte : result.out + result.error)
-            if ((byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f) return false;
-        return true;
-    };
     std::string toml = read(asset("scenarios/s_bend.toml"));
     const std::size_t title = toml.find("title = \"") + 9;
     toml.insert(title, "a\\u001b[2Jb\\u0007\\u009b1m");
@@ -387,12 +383,9 @@ TEST_F(Trust, HelpSpeaksOfItsOwnCommand) {
 
 TEST_F(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
     const TemporaryFolder other;
-    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const Words words = test::command(s_bend_run(folder / "out", {"--frames", "none"}, folder / "long.gw"));
-    const Started first(folder, words);
-    while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+    const Started first = test::endless_run(folder, "out", 10);
     const std::string before = read(folder / "out/run.gw");
-    const Outcome second = Started(other, words).wait();
+    const Outcome second = run(other, s_bend_run(folder / "out", {"--frames", "none"}));
     expect_refused(second, "process " + std::to_string(first.process()) + " is writing to this folder");
     EXPECT_TRUE(read(folder / "out/run.gw").starts_with(before));
     // A batch, a course and a page into it are refused too.
@@ -406,10 +399,7 @@ TEST_F(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
 }
 
 TEST_F(Trust, AKilledRunLocksNobodyOut) {
-    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const Started first(folder,
-                        test::command(s_bend_run(folder / "out", {"--frames", "none"}, folder / "long.gw")));
-    while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+    const Started first = test::endless_run(folder, "out", 10);
     first.signal(SIGKILL);
     first.wait();
     const Outcome second = run(folder, s_bend_run(folder / "out", {"--frames", "none"}));
@@ -493,20 +483,17 @@ TEST_F(Trust, AFullCacheIsNotedAndDoneWithout) {
     const Outcome whole = at_home(grown.folder, grown.words("whole", grown.folder / "cache"));
     ASSERT_LT(whole.code, 2) << whole.error;
     // A file may grow to 64 blocks of 1024 bytes: all of the run's files do, vessels and fields are larger.
-    Words words = {"bash", "-c", "ulimit -f 64; exec \"$0\" \"$@\""};
-    for (const std::string& word : test::command(grown.words("full", grown.folder / "small")))
-        words.push_back(word);
-    const Outcome full = Started(grown.folder, words).wait();
+    const auto limited = [&](const Words& words) {
+        return test::run_with_small_files(64, grown.folder, words);
+    };
+    const Outcome full = limited(grown.words("full", grown.folder / "small"));
     EXPECT_EQ(full.code, whole.code) << full.error;
     const std::string note = "what was made cannot be kept, and is made again next time";
     test::expect_said(full.error, note);
     EXPECT_EQ(full.error.find(note, full.error.find(note) + 1), std::string::npos) << full.error;
     EXPECT_EQ(read(grown.folder / "full/run.gw"), read(grown.folder / "whole/run.gw"));
     EXPECT_EQ(files_below(grown.folder / "small"), Words());
-    Words bake(words.begin(), words.begin() + 4);
-    for (const std::string& word : Words{"bake", "rca", "--seeds", "0:1", "--cache", grown.folder / "small"})
-        bake.push_back(word);
-    const Outcome baked = Started(grown.folder, bake).wait();
+    const Outcome baked = limited({"bake", "rca", "--seeds", "0:1", "--cache", grown.folder / "small"});
     EXPECT_EQ(baked.code, 1) << baked.error;
     test::expect_said(baked.out, "0 of 1 anatomies are in");
     test::expect_said(baked.out, "1 cannot be kept");
@@ -514,18 +501,16 @@ TEST_F(Trust, AFullCacheIsNotedAndDoneWithout) {
 
 TEST_F(Trust, WithoutCacheAndTemporaryFolderVesselsAreGrownAndOthersAreTold) {
     const Grown grown;
-    const Outcome made = Started(grown.folder, joined({"env", "TMPDIR=/nonexistent"},
-                                                      test::command(grown.words("out", "/dev/null/x"))))
-                             .wait();
+    const auto without = [&](const Words& words) {
+        return Started(grown.folder, joined({"env", "TMPDIR=/nonexistent"}, test::command(words))).wait();
+    };
+    const Outcome made = without(grown.words("out", "/dev/null/x"));
     EXPECT_LT(made.code, 2) << made.error;
     test::expect_said(made.error, "/dev/null/x: what was made cannot be kept");
     test::expect_said(made.error, "Not a directory");
-    const Outcome told =
-        Started(grown.folder, joined({"env", "TMPDIR=/nonexistent"},
-                                     test::command({"show", "s_bend", "--cache", grown.folder / "cache",
-                                                    "--out", grown.folder / "x.png"})))
-            .wait();
-    expect_refused(told, "/nonexistent: a folder for temporary files cannot be made");
+    expect_refused(
+        without({"show", "s_bend", "--cache", grown.folder / "cache", "--out", grown.folder / "x.png"}),
+        "/nonexistent: a folder for temporary files cannot be made");
 }
 
 TEST_F(Trust, AFifoInTheCacheIsReplaced) {

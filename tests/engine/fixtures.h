@@ -107,12 +107,25 @@ inline scenario::Scenario small_scenario(const std::string& toml = small_toml) {
     return scenario::parse_scenario(toml, "small.toml", test::asset("devices"));
 }
 
+/// A scenario that ships, with values in place of its own.
+inline scenario::Scenario shipped_scenario(const std::string& name,
+                                           const std::vector<scenario::Override>& overrides = {}) {
+    return scenario::load_scenario(asset("scenarios/" + name + ".toml"), asset("devices"), overrides);
+}
+
+/// A text with its first `from` replaced, which must be there.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error("no '" + from + "' in:\n" + text);
+    return text.replace(at, from.size(), to);
+}
+
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).
 inline std::string small_toml_with(const std::string& from, const std::string& to) {
-    std::string text = small_toml;
-    const auto at = text.find(from);
-    if (at == std::string::npos) throw std::runtime_error("no '" + from + "' in the small scenario");
-    return text.replace(at, from.size(), to);
+    return replaced(small_toml, from, to);
+}
+inline scenario::Scenario small_scenario_with(const std::string& from, const std::string& to) {
+    return small_scenario(small_toml_with(from, to));
 }
 
 /// Gives a device of a tip, a transition and a shaft another torsional rigidity [N·mm²].

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 
 #include "engine/anatomy/anatomy.h"
@@ -95,13 +97,31 @@ void scenario(const std::string& bytes) {
         scenario::parse_scenario(bytes, folder() / "my.toml", fs::path(SELDINGER_SOURCE) / "assets/devices"));
 }
 void device(const std::string& bytes) {
-    scenario::parse_device(bytes, folder() / "wire.toml");
+    const scenario::Device device = scenario::parse_device(bytes, folder() / "wire.toml");
+    for (const geometry::Vec3& point : scenario::free_shape(device))
+        if (!point.allFinite()) throw std::logic_error("a point of the shape is not finite");
 }
 void vessels(const std::string& bytes) {
     anatomy::parse_vessel_file(bytes, folder() / "tree.toml");
 }
 void keys(const std::string& bytes) {
-    room::parse_keys(bytes, "keys.toml");
+    room::KeyMap map;
+    try {
+        map = room::parse_keys(bytes, "keys.toml");
+    } catch (const io::InputError& error) {
+        if (!std::string(error.what()).starts_with("keys.toml"))
+            throw std::logic_error(std::string("a refusal that does not name the file: ") + error.what());
+        throw;
+    }
+    std::set<room::Key> seen;
+    const auto take = [&](room::Key key) {
+        if (!seen.insert(key).second) throw std::logic_error("a key is given twice");
+    };
+    for (const auto& keys : map.keys)
+        for (const room::Key key : keys) take(key);
+    for (const room::InjectionPreset& preset : map.injections) take(preset.key);
+    for (const double speed : map.speeds.advance)
+        if (!std::isfinite(speed) || speed <= 0) throw std::logic_error("a speed is not a positive number");
 }
 void batch(const std::string& bytes) {
     run::BatchOptions options;

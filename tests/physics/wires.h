@@ -1,6 +1,7 @@
 #pragma once
 /// Wires and walls that several physics tests share.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -81,15 +82,35 @@ inline std::unique_ptr<physics::Relaxer> global_relaxer(const physics::LumenWall
     return physics::make_relaxer(config, wall);
 }
 
-/// The paper's own method, single segments to second order.
-inline std::unique_ptr<physics::Relaxer> paper_relaxer(const physics::LumenWall& wall) {
+/// The paper's own method to second order, by so many segments.
+inline physics::RelaxerConfig segment_config(int varied = 2, bool safeguard = true) {
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Segment;
-    return physics::make_relaxer(config, wall);
+    config.varied_segments = varied;
+    config.safeguard = safeguard;
+    return config;
+}
+
+inline std::unique_ptr<physics::Relaxer> paper_relaxer(const physics::LumenWall& wall) {
+    return physics::make_relaxer(segment_config(), wall);
+}
+
+/// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
+inline SceneSetup past_the_first_turn() {
+    SceneSetup scene = scene_setup("hairpin");
+    scene.wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, scene.wall.centreline(), 70);
+    return scene;
 }
 
 inline double energy_of(const physics::Chain& wire, const physics::LumenWall& wall) {
     return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+}
+
+/// The largest distance of two joints of the same number [mm].
+inline double farthest_apart(const physics::Chain& a, const physics::Chain& b) {
+    double farthest = 0;
+    for (int i = 0; i <= a.segments(); ++i) farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
+    return farthest;
 }
 
 /// The wall's answer at one place [mm] for a joint held by that station.

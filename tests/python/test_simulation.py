@@ -353,14 +353,16 @@ def test_a_step_that_is_refused_keeps_what_was_asked_for(bend):
     np.testing.assert_array_equal(bend.camera_matrix(), camera)
 
 
-def test_an_injection_that_is_rejected_is_forgotten_alone(renal):
+def test_an_injection_that_is_rejected_is_forgotten_alone_and_leaves_the_frame_unmade(renal):
+    before = renal.step(advance_mm=1).hash
     renal.apply("arm lao 30 deg")
     camera = renal.camera_matrix()
     renal.apply("inject 5 ml at 5 ml/s into nowhere")
     with pytest.raises(sd.InputError, match="nowhere"):
-        renal.step()
+        renal.step(advance_mm=3)
     np.testing.assert_array_equal(renal.camera_matrix(), camera)
-    assert renal.step().frame == 0
+    assert renal.state.hash == before and renal.state.frame == 0
+    assert renal.step(advance_mm=3).frame == 1
     np.testing.assert_array_equal(renal.camera_matrix(), camera)
 
 
@@ -368,15 +370,6 @@ def test_whole_numbers_of_numpy_name_a_device(bend):
     first = bend.step(1, device=np.int64(0)).hash
     bend.reset()
     assert bend.step(1, device="wire").hash == first
-
-
-def test_an_injection_that_is_rejected_leaves_the_frame_unmade(renal):
-    before = renal.step(advance_mm=1).hash
-    renal.apply("inject 5 ml at 5 ml/s into nowhere")
-    with pytest.raises(sd.InputError, match="nowhere"):
-        renal.step(advance_mm=3)
-    assert renal.state.hash == before and renal.state.frame == 0
-    assert renal.step(advance_mm=3).frame == 1
 
 
 def test_errors_of_a_scenario_have_the_text_of_the_program(program, cache, tmp_path):

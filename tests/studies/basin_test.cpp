@@ -10,18 +10,10 @@ using namespace physics;
 
 namespace {
 
-double farthest_apart(const Chain& a, const Chain& b) {
-    double farthest = 0;
-    for (int i = 0; i <= a.segments(); ++i) farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
-    return farthest;
-}
-
 /// Pushes the wire in up to `segments`; every `every`-th push is made by the slow flow too, from the same
 /// state. Returns the wire where the last push left it.
 Chain expect_same_basin(const char* name, Chain wire, const LumenWall& wall, int segments, int every) {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Global;
-    const auto relaxer = make_relaxer(config, wall);
+    const auto relaxer = global_relaxer(wall);
     relaxer->relax(wire, unlimited);
     int pushes = 0;
     double farthest = 0;

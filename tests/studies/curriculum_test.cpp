@@ -12,6 +12,7 @@
 #include "engine/exercise/score.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 
 namespace {
 
@@ -28,8 +29,7 @@ std::vector<std::string> names_of_all() {
 
 class Curriculum : public testing::TestWithParam<std::string> {
 protected:
-    scenario::Scenario scenario =
-        scenario::load_scenario(asset_folder + "scenarios/" + GetParam() + ".toml", asset_folder + "devices");
+    scenario::Scenario scenario = test::shipped_scenario(GetParam());
     script::CommandScript solution = script::load_commands(asset_folder + "scripts/" + GetParam() + ".gw");
     Exercise exercise{scenario, false, test::cache()};
     Exercise::Snapshot start = exercise.snapshot();
@@ -129,10 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Curriculum, testing::ValuesIn(names_of_all()),
 
 TEST(CurriculumAsAWhole, HasTwelveExercisesInFourLevels) {
     std::map<int, int> of_level;
-    for (const std::string& name : names_of_all())
-        ++of_level[scenario::load_scenario(asset_folder + "scenarios/" + name + ".toml",
-                                           asset_folder + "devices")
-                       .lesson.level];
+    for (const std::string& name : names_of_all()) ++of_level[test::shipped_scenario(name).lesson.level];
     EXPECT_EQ(of_level.count(0), 0u);
     int all = 0;
     for (const auto& [level, count] : of_level) all += count;

@@ -8,6 +8,7 @@
 #include "engine/exercise/exercise.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 
 namespace {
 
@@ -31,16 +32,12 @@ exercise::Score run(
     return exercise.score();
 }
 
-scenario::Scenario shipped(const std::string& name) {
-    return scenario::load_scenario(assets + "scenarios/" + name + ".toml", assets + "devices");
-}
-
 class Demo : public testing::TestWithParam<const char*> {};
 
 }  // namespace
 
 TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
-    const scenario::Scenario scenario = shipped(GetParam());
+    const scenario::Scenario scenario = test::shipped_scenario(GetParam());
     const auto look = [&](int frame, const exercise::Simulation& simulation,
                           const exercise::StepReport& report) {
         EXPECT_TRUE(report.relax.converged() && report.relax.gradient <= 1e-8) << "frame " << frame;
@@ -71,7 +68,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
 TEST_P(Demo, ForgivesAnInexactHandAndAnotherWall) {
     for (const double turn : {0.95, 1.05}) {
         for (const double stiffness : {0.5, 2.0}) {
-            scenario::Scenario scenario = shipped(GetParam());
+            scenario::Scenario scenario = test::shipped_scenario(GetParam());
             scenario.wall_stiffness *= stiffness;
             const exercise::Score score = run(scenario, GetParam(), turn, [](auto&&...) {});
             EXPECT_TRUE(score.completed) << "rotations " << turn << ", stiffness " << stiffness << ": tip "

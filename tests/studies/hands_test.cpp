@@ -7,6 +7,7 @@
 #include "engine/io/files.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 #include "tests/fuzz/states.h"
 
 namespace fuzz {
@@ -31,9 +32,7 @@ TEST(StateFuzz, HandsThatOnceGotStuckGoOnWithinEveryFramesBudget) {
     for (const Found& found : {Found{"crossover", "crossover_out_seed4", 125, 125, 0},
                                Found{"coronary_lad", "lad_frozen", 86, 15, 0.9 * 32}}) {
         const std::string assets = SELDINGER_SOURCE "/assets/";
-        exercise::Simulation simulation(
-            scenario::load_scenario(assets + "scenarios/" + found.scenario + ".toml", assets + "devices"),
-            test::cache());
+        exercise::Simulation simulation(test::shipped_scenario(found.scenario), test::cache());
         const std::string file =
             std::string(SELDINGER_SOURCE "/tests/fuzz/found/hands/") + found.script + ".gw";
         const script::CommandScript script =

@@ -7,6 +7,7 @@
 
 #include "engine/exercise/simulation.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 
 namespace {
 
@@ -48,9 +49,7 @@ void play(exercise::Simulation& simulation, std::uint32_t seed, int frames, Rest
 TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
     const int seeds = more ? std::max(1, std::atoi(more)) : 2;
-    const scenario::Scenario scenario = scenario::load_scenario(
-        SELDINGER_SOURCE "/assets/scenarios/renal.toml", SELDINGER_SOURCE "/assets/devices");
-    exercise::Simulation simulation(scenario, test::cache());
+    exercise::Simulation simulation(test::shipped_scenario("renal"), test::cache());
     Restlessness tally;
     for (int seed = 1; seed <= seeds; ++seed) {
         simulation.reset();

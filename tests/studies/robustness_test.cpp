@@ -9,6 +9,7 @@
 #include "engine/studies/runs.h"
 #include "engine/studies/wild_hands.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 #include "tests/studies/quick_study.h"
 
 namespace {
@@ -73,11 +74,7 @@ TEST(Robustness, WiresThatLeaveASideBranchRestWhenAllContactsAreAskedAnew) {
     };
     for (const Course& course :
          {Course{"coronary_lad", 2, 37}, Course{"coronary_lad", 3, 18}, Course{"coronary", 3, 65}}) {
-        exercise::Simulation simulation(
-            scenario::load_scenario(
-                fmt::format(SELDINGER_SOURCE "/assets/scenarios/{}.toml", course.scenario),
-                SELDINGER_SOURCE "/assets/devices"),
-            test::cache());
+        exercise::Simulation simulation(test::shipped_scenario(course.scenario), test::cache());
         const studies::WildJudge judge(simulation);
         const studies::WildTally tally = studies::play_wildly(simulation, judge, course.hand, course.frames);
         EXPECT_EQ(tally.restless, 0) << course.scenario << ", hand " << course.hand << ": |g|/C up to "

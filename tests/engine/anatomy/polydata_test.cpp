@@ -115,10 +115,8 @@ TEST(PolyData, PiecesAreJoined) {
 
 TEST(PolyData, WhatIsWrongIsNamedWithItsPlace) {
     const auto vtp = [](const std::string& from, const std::string& to) {
-        std::string text = VtpText({}).of(small_polydata());
-        const auto at = text.find(from);
-        EXPECT_NE(at, std::string::npos) << from;
-        return refusal([&] { parse_vtp(text.replace(at, from.size(), to), "a.vtp"); });
+        const std::string text = test::replaced(VtpText({}).of(small_polydata()), from, to);
+        return refusal([&] { parse_vtp(text, "a.vtp"); });
     };
     expect_said(vtp("</Points>", "</Pints>"), "a.vtp:19: this is not XML");
     expect_said(vtp("NumberOfLines=\"2\"", "NumberOfLines=\"3\""),

@@ -105,9 +105,10 @@ TEST(ContrastFlow, SplitsAtAJunctionAsTheFlowDoes) {
 
 TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
     ContrastFlow flow(small_abdomen(), steady(40));
-    const auto& outlets = flow.blood().outlets;
-    const double renal =
-        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.branch == "LRA"; })->flow;
+    const auto outlet = [&](const std::string& branch) -> const Outlet& {
+        return *std::ranges::find(flow.blood().outlets, branch, &Outlet::branch);
+    };
+    const double renal = outlet("LRA").flow;
     flow.inject({std::string("LRA"), 0.5 * renal, 20, 300});
     for (int f = 0; f < 30; ++f) flow.step(frame);
     EXPECT_GT(iodine_at(flow, {45, 0, 50}), 100);
@@ -120,13 +121,7 @@ TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
     // Undiluted in the branch; what runs back mixes with the aorta's blood and goes on down, not up.
     EXPECT_NEAR(iodine_at(flow, {45, 0, 50}), 300, 1);
     const double taken = renal * (40 + rate) / 40, back = rate - taken;
-    const double passing = 40.0 + rate - taken -
-                           std::find_if(
-                               outlets.begin(), outlets.end(),
-                               [](const Outlet& o) {
-                                   return o.branch == "SMA";
-                               })->share *
-                               (40 + rate);
+    const double passing = 40.0 + rate - taken - outlet("SMA").share * (40 + rate);
     EXPECT_GT(back, 1);
     EXPECT_NEAR(iodine_at(flow, {0, 0, 10}), 300 * back / passing, 1);
     EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
@@ -233,9 +228,7 @@ TEST(ContrastFlow, IsTheSameAtAnyFrameRate) {
 TEST(ContrastFlow, OrgansBlushAfterTheirArteries) {
     ContrastFlow flow(small_abdomen(), steady(40, 0.7));
     const auto& outlets = flow.blood().outlets;
-    const std::size_t kidney = static_cast<std::size_t>(
-        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.organ == "kidney"; }) -
-        outlets.begin());
+    const std::size_t kidney = kidney_of(flow);
     flow.inject({std::string("LRA"), 3, 6, 300});
     double artery = 0, organ = 0, artery_at = 0, organ_at = 0;
     for (int f = 1; f <= 600; ++f) {
@@ -293,13 +286,10 @@ TEST(ContrastFlow, StaysOnTheSideOfTheCathetersTip) {
     // 8 diameters on, a factor e less.
     EXPECT_NEAR(aside(-122) / aside(-42), std::exp(-1.0), 0.02);
     // A snapshot knows the side; a reset forgets it.
-    geometry::StateWriter writer;
-    flow.state(writer);
-    const std::vector<std::byte> state = writer.take();
+    const std::vector<std::byte> state = geometry::state_of(flow);
     flow.reset();
     EXPECT_TRUE(flow.streams().empty());
-    geometry::StateReader reader(state);
-    flow.state(reader);
+    geometry::restore_state(flow, state);
     EXPECT_EQ(flow.streams(), streams);
     // An injection into a branch fills it evenly.
     flow.reset();
@@ -311,9 +301,7 @@ TEST(ContrastFlow, StaysOnTheSideOfTheCathetersTip) {
 TEST(ContrastFlow, KidneysShowTheirCortexBeforeTheirMedulla) {
     ContrastFlow flow(small_abdomen(), steady(40, 0.7));
     const auto& outlets = flow.blood().outlets;
-    const auto kidney = static_cast<std::size_t>(
-        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.organ == "kidney"; }) -
-        outlets.begin());
+    const std::size_t kidney = kidney_of(flow);
     for (const Outlet& outlet : outlets) EXPECT_EQ(outlet.inner.share > 0, outlet.organ == "kidney");
     flow.inject({std::string("LRA"), 3, 6, 300});
     constexpr double cortex_share = 0.7;  // of the tissue
@@ -338,23 +326,13 @@ TEST(ContrastFlow, KidneysShowTheirCortexBeforeTheirMedulla) {
     EXPECT_GT(medulla_at, cortex_at + 3);
     EXPECT_LT(medulla_most, 0.4 * cortex_most);
     // Snapshots hold what is in the kidneys, and leave none behind.
-    geometry::StateWriter writer;
-    flow.state(writer);
-    const std::vector<std::byte> full = writer.take();
+    const std::vector<std::byte> full = geometry::state_of(flow);
     flow.reset();
-    geometry::StateWriter empty_writer;
-    flow.state(empty_writer);
-    const std::vector<std::byte> empty = empty_writer.take();
-    geometry::StateReader fill(full);
-    flow.state(fill);
-    geometry::StateWriter again;
-    flow.state(again);
-    EXPECT_EQ(again.take(), full);
-    geometry::StateReader clear(empty);
-    flow.state(clear);
-    geometry::StateWriter cleared;
-    flow.state(cleared);
-    EXPECT_EQ(cleared.take(), empty);
+    const std::vector<std::byte> empty = geometry::state_of(flow);
+    geometry::restore_state(flow, full);
+    EXPECT_EQ(geometry::state_of(flow), full);
+    geometry::restore_state(flow, empty);
+    EXPECT_EQ(geometry::state_of(flow), empty);
 }
 
 TEST(ContrastFlow, StandsStillWhereNoBloodFlows) {

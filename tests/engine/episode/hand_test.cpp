@@ -14,6 +14,7 @@
 #include "engine/exercise/trace.h"
 #include "engine/script/command.h"
 #include "tests/anatomies.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace episode {
@@ -107,19 +108,13 @@ double play(const Start& start, const std::vector<Commands>& course, const std::
 
 std::vector<Commands> by_frame(const script::CommandScript& script, int frames) {
     std::vector<Commands> course(static_cast<std::size_t>(frames));
-    for (int k = 0; k < frames; ++k)
-        for (const script::TimedCommand& timed : script.at(k))
-            course[static_cast<std::size_t>(k)].push_back(timed.command);
+    for (int k = 0; k < frames; ++k) course[static_cast<std::size_t>(k)] = test::commands_of(script, k);
     return course;
-}
-
-scenario::Scenario shipped(const std::string& name, std::vector<scenario::Override> with = {}) {
-    return scenario::load_scenario(test::asset("scenarios/" + name + ".toml"), test::asset("devices"), with);
 }
 
 TEST(Hand, FeelsTheSameInPanelTraceStateAndLineInEveryFrameOfTheDemo) {
     const script::CommandScript script = script::load_commands(test::asset("scripts/renal.gw"));
-    play(Start(shipped("renal")), by_frame(script, 226), "renal");
+    play(Start(test::shipped_scenario("renal")), by_frame(script, 226), "renal");
 }
 
 TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
@@ -138,9 +133,10 @@ TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
         "31 advance 19.362 mm\n31 rotate 105.99 deg\n32 advance 18.089 mm\n32 rotate -241.19 deg\n"
         "33 advance 28.555 mm\n34 withdraw 14.464 mm\n34 rotate -236.06 deg\n35 advance 12.769 mm\n"
         "35 rotate 352.72 deg\n";
-    const double largest = play(Start(shipped("renal", {{"guidewire.friction", "0.1"},
-                                                        {"guidewire.torsional_rigidity_N_mm2", "188"}})),
-                                by_frame(script::parse_commands(course, "panel_push.gw"), 40), "panel_push");
+    const double largest =
+        play(Start(test::shipped_scenario(
+                 "renal", {{"guidewire.friction", "0.1"}, {"guidewire.torsional_rigidity_N_mm2", "188"}})),
+             by_frame(script::parse_commands(course, "panel_push.gw"), 40), "panel_push");
     EXPECT_LT(largest, 5);  // [N]; on its way the wire bears 47 N, and at rest 0.2 N at most
 }
 

@@ -13,6 +13,7 @@
 #include "engine/scenario/placement.h"
 #include "engine/script/recording.h"
 #include "physics/wire/energy.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -292,19 +293,6 @@ TEST(Catheter, ItsLumenPassesWhatPoiseuilleAndBlasiusAllow) {
     EXPECT_GT(largest_flow(catheter, 0.889, 100), largest_flow(catheter, 0.889, 300));
 }
 
-TEST(Catheter, OneThatIsTooThickStopsBeforeTheVesselAndSaysSo) {
-    std::string toml = test::small_toml;
-    toml.replace(toml.find("radius_mm = 2.0"), 15, "radius_mm = 0.8");
-    Exercise exercise(
-        scenario::parse_scenario(toml + "[catheter]\ndevice = \"cobra5f\"\n", "small.toml", catalogue()),
-        false);
-    play(exercise, {script::Advance{30}});
-    const StepReport report = play(exercise, {script::Advance{10, Held::Catheter}});
-    EXPECT_TRUE(report.too_thick);
-    EXPECT_LT(exercise.simulation().inserted(Held::Catheter), 3);
-    EXPECT_TRUE(physics::validate(exercise.simulation().wire()).empty());
-}
-
 TEST(Catheter, WhatHandsDidReplaysFromASnapshotAndFromText) {
     std::mt19937 random(5);
     Exercise first(with_catheter("friction = 0.1\n"), false);
@@ -328,18 +316,12 @@ TEST(Catheter, WhatHandsDidReplaysFromASnapshotAndFromText) {
     std::optional<Exercise::Snapshot> middle;
     for (int k = 0; k < 120; ++k) {
         if (k == 75) middle = second.snapshot();
-        Commands commands;
-        for (const auto& timed : script.at(k)) commands.push_back(timed.command);
-        second.next_frame(commands);
+        second.next_frame(test::commands_of(script, k));
     }
     EXPECT_EQ(first.simulation().state_hash(), second.simulation().state_hash());
     Exercise third(with_catheter("friction = 0.1\n"), false);
     third.restore(*middle);
-    for (int k = 75; k < 120; ++k) {
-        Commands commands;
-        for (const auto& timed : script.at(k)) commands.push_back(timed.command);
-        third.next_frame(commands);
-    }
+    for (int k = 75; k < 120; ++k) third.next_frame(test::commands_of(script, k));
     EXPECT_EQ(first.simulation().state_hash(), third.simulation().state_hash());
 }
 

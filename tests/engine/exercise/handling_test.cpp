@@ -4,26 +4,18 @@
 
 #include "engine/exercise/exercise.h"
 #include "physics/wire/energy.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
 namespace {
-
-scenario::Scenario small_with(const std::string& from, const std::string& to) {
-    return test::small_scenario(test::small_toml_with(from, to));
-}
 
 /// The marks of a script in a scenario.
 std::vector<MishapMark> marks_of(const scenario::Scenario& scenario, const std::string& script,
                                  const MishapLimits& limits = {}) {
     Exercise exercise(scenario, false);
     Handling handling(exercise.simulation(), limits);
-    const script::CommandScript timed = script::parse_commands(script, "x.gw");
-    for (int index = 0; index <= timed.last_frame(0); ++index) {
-        std::vector<script::Command> commands;
-        for (const script::TimedCommand& c : timed.at(index)) commands.push_back(c.command);
-        handling.observe(exercise.next_frame(commands));
-    }
+    test::play(exercise, script, [&](const Frame& frame, const auto&) { handling.observe(frame); });
     return handling.marks();
 }
 
@@ -162,8 +154,8 @@ TEST(HandlingErrors, ARoadmapHoldsForItsViewOnly) {
 
 TEST(HandlingErrors, ContrastAgainstTheWallTheCatheterPointsAt) {
     const auto scenario = [](const std::string& device) {
-        return small_with("[relaxer]",
-                          "[catheter]\ndevice = \"" + device + "\"\ninserted_mm = 40.0\n[relaxer]");
+        return test::small_scenario_with(
+            "[relaxer]", "[catheter]\ndevice = \"" + device + "\"\ninserted_mm = 40.0\n[relaxer]");
     };
     const std::string script = "0 beam on\n5 inject 0.3 ml at 0.3 ml/s through catheter\n30 end\n";
     MishapLimits limits;
@@ -189,36 +181,11 @@ TEST(HandlingErrors, AResetBeginsWithoutAny) {
 TEST(HandlingErrors, OfWildHandsAreInOrder) {
     for (unsigned seed = 1; seed <= 60; ++seed) {
         std::mt19937 random(seed);
-        const auto pick = [&random](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
         Exercise exercise(test::small_scenario(), false);
         Handling handling(exercise.simulation());
         std::array<int, mishap_kinds> last;
-        for (int index = 0; index < 120; ++index) {
-            std::vector<script::Command> commands;
-            switch (pick(12)) {
-                case 0:
-                    commands.push_back(script::Beam{pick(2) == 0});
-                    break;
-                case 1:
-                    commands.push_back(script::Advance{1.0 * pick(20)});
-                    break;
-                case 2:
-                    commands.push_back(script::Withdraw{1.0 * pick(20)});
-                    break;
-                case 3:
-                    commands.push_back(script::Rotate{0.1 * pick(60)});
-                    break;
-                case 4:
-                    commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
-                    break;
-                case 5:
-                    commands.push_back(script::MoveTable{{0, 0, 40.0 * pick(5)}});
-                    break;
-                default:
-                    break;
-            }
-            handling.observe(exercise.next_frame(commands));
-        }
+        for (int index = 0; index < 120; ++index)
+            handling.observe(exercise.next_frame(test::random_commands(random)));
         last.fill(-100);
         int before = 0, counted = 0;
         for (const MishapMark& mark : handling.marks()) {

@@ -6,6 +6,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/exercise/with_body.h"
 
 namespace exercise {
@@ -23,12 +24,6 @@ scenario::Scenario moving_scenario() {
 }
 
 const Commands start_dsa{script::Beam{true}, script::SetMode{ImagingMode::Dsa}};
-
-Commands commands_of(const script::CommandScript& script, int frame) {
-    Commands commands;
-    for (const script::TimedCommand& c : script.at(frame)) commands.push_back(c.command);
-    return commands;
-}
 
 const char* const moving_script =
     "0 beam on\n0 mode dsa\n1 contrast 60 mg/ml\n6 shift auto\n9 shift by 0.5 -1.5 px\n12 advance 3 mm\n"
@@ -121,21 +116,21 @@ TEST_F(MaskShiftTest, ARecordedRunIsReplayedToTheLastBit) {
     first.record(folder / "run.gw", {{}, 1});
     std::vector<render::GrayImage> shown;
     for (int frame = 0; frame < 40; ++frame) {
-        first.next_frame(commands_of(script, frame));
+        first.next_frame(test::commands_of(script, frame));
         shown.push_back(first.image());
     }
     first.close_recording();
     const script::CommandScript recorded = script::load_commands(folder / "run.gw");
     Exercise again(moving_scenario(), true);
     for (int frame = 0; frame < 40; ++frame) {
-        again.next_frame(commands_of(recorded, frame));
+        again.next_frame(test::commands_of(recorded, frame));
         EXPECT_EQ(recorded.checks[frame].hash, again.simulation().state_hash()) << frame;
         EXPECT_EQ(again.image(), shown[frame]) << frame;
     }
     // Looked at only here and there, the images are the same.
     Exercise seldom(moving_scenario(), true);
     for (int frame = 0; frame < 40; ++frame) {
-        seldom.next_frame(commands_of(recorded, frame));
+        seldom.next_frame(test::commands_of(recorded, frame));
         if (frame % 7 == 3) {
             EXPECT_EQ(seldom.image(), shown[frame]) << frame;
         }
@@ -149,7 +144,7 @@ TEST_F(MaskShiftTest, AMovingPatientIsTakenBackAndSoughtToTheLastBit) {
     std::vector<Exercise::Snapshot> moments;
     for (int frame = 0; frame < 40; ++frame) {
         moments.push_back(straight.snapshot());
-        straight.next_frame(commands_of(script, frame));
+        straight.next_frame(test::commands_of(script, frame));
         shown.push_back(straight.image());
     }
     // Forward and back, in the exercise itself and in one that never was there.
@@ -157,7 +152,7 @@ TEST_F(MaskShiftTest, AMovingPatientIsTakenBackAndSoughtToTheLastBit) {
         for (Exercise* exercise : {&straight, &other}) {
             exercise->restore(moments[static_cast<std::size_t>(from)]);
             for (int frame = from; frame < std::min(from + 9, 40); ++frame) {
-                exercise->next_frame(commands_of(script, frame));
+                exercise->next_frame(test::commands_of(script, frame));
                 ASSERT_EQ(exercise->image(), shown[frame]) << "from " << from << ", frame " << frame;
             }
         }

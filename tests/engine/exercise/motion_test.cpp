@@ -17,9 +17,7 @@ namespace {
 
 /// A scenario that ships; motion of the coronaries' scenarios for one that lies still.
 scenario::Scenario moving(const std::string& name) {
-    scenario::Scenario s = scenario::load_scenario(
-        std::filesystem::path(SELDINGER_SOURCE) / "assets/scenarios" / (name + ".toml"),
-        std::filesystem::path(SELDINGER_SOURCE) / "assets/devices");
+    scenario::Scenario s = test::shipped_scenario(name);
     if (!s.motion.moves()) {
         s.motion.breathing_reach = geometry::Vec3(0.0, 1.5, -6.0);
         s.motion.heart_reach = geometry::Vec3(-1.0, -2.0, -5.0);

@@ -4,6 +4,7 @@
 #include "engine/exercise/open_field.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/io/text.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -19,17 +20,13 @@ Said said_in(const std::string& scenario, const std::string& script) {
     RoomReadout readout;
     Said said;
     std::size_t before = 0;
-    const script::CommandScript timed = script::parse_commands(script, "x.gw");
-    for (int index = 0; index <= timed.last_frame(0); ++index) {
-        std::vector<script::Command> commands;
-        for (const script::TimedCommand& c : timed.at(index)) commands.push_back(c.command);
-        const Frame frame = exercise.next_frame(commands);
+    test::play(exercise, script, [&](const Frame& frame, const auto&) {
         notices.observe(frame);
         readout.observe(frame, {});
         const auto now = readout.messages();
         for (std::size_t i = before; i < now.size(); ++i) said.messages += now[i].text + "\n";
         before = now.size();
-    }
+    });
     said.notices = io::joined(notices.text(), "\n");
     return said;
 }

@@ -9,6 +9,7 @@
 #include <valijson/validator.hpp>
 
 #include "engine/exercise/exercise.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -46,32 +47,7 @@ TEST(ScoreFile, OfWildHandsIsWhatTheSchemaDescribes) {
         const bool images = seed % 8 == 0;
         Exercise exercise(test::small_scenario(), images);
         const int frames = pick(90);
-        for (int index = 0; index < frames; ++index) {
-            std::vector<script::Command> commands;
-            switch (pick(10)) {
-                case 0:
-                    commands.push_back(script::Beam{pick(3) > 0});
-                    break;
-                case 1:
-                    commands.push_back(script::Advance{1.0 * pick(30)});
-                    break;
-                case 2:
-                    commands.push_back(script::Withdraw{1.0 * pick(30)});
-                    break;
-                case 3:
-                    commands.push_back(script::Rotate{0.1 * pick(60)});
-                    break;
-                case 4:
-                    commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
-                    break;
-                case 5:
-                    if (pick(3) == 0) commands.push_back(script::Reset{});
-                    break;
-                default:
-                    break;
-            }
-            exercise.next_frame(commands);
-        }
+        for (int index = 0; index < frames; ++index) exercise.next_frame(test::random_commands(random));
         scenario::Par par;
         if (pick(2)) par.completion_time = 3;
         if (pick(2)) par.contrast = 0;

@@ -6,67 +6,13 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
+#include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
 namespace {
 
 using Commands = std::vector<script::Command>;
-
-/// What a restless hand may do in a frame.
-Commands random_commands(std::mt19937& random) {
-    const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
-    const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-    Commands commands;
-    while (pick(3) != 0 && commands.size() < 4) {
-        switch (pick(14)) {
-            case 0:
-            case 1:
-                commands.push_back(script::Advance{12 * unit()});
-                break;
-            case 2:
-                commands.push_back(script::Withdraw{8 * unit()});
-                break;
-            case 3:
-                commands.push_back(script::Rotate{6 * unit() - 3});
-                break;
-            case 4:
-                commands.push_back(script::Beam{pick(3) != 0});
-                break;
-            case 5:
-                commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
-                break;
-            case 6:
-                commands.push_back(script::SetPulseRate{script::pulse_rates[pick(3)]});
-                break;
-            case 7:
-                commands.push_back(script::Inject{0.5 + unit(), 3 + unit(), "tube", 320});
-                break;
-            case 8:
-                commands.push_back(script::NewMask{});
-                break;
-            case 9:
-                commands.push_back(script::StoreReference{});
-                break;
-            case 10:
-                commands.push_back(script::MoveArm{unit() - 0.5, {}, {}, {}, {}, {}});
-                break;
-            case 11:
-                commands.push_back(script::ShiftMask{static_cast<script::ShiftMask::Way>(pick(3)),
-                                                     4 * unit() - 2, 4 * unit() - 2});
-                break;
-            case 12:
-                commands.push_back(script::Breathe{pick(3) != 0});
-                break;
-            default:
-                if (pick(4) == 0)
-                    commands.push_back(script::Reset{});
-                else
-                    commands.push_back(script::Contrast{20 * unit()});
-        }
-    }
-    return commands;
-}
 
 void expect_same(Exercise& a, Exercise& b, unsigned seed, int frame) {
     EXPECT_EQ(a.simulation().state_hash(), b.simulation().state_hash()) << "seed " << seed << ", " << frame;
@@ -78,11 +24,6 @@ void expect_same(Exercise& a, Exercise& b, unsigned seed, int frame) {
     EXPECT_EQ(a.snapshot().state, b.snapshot().state) << "seed " << seed << ", " << frame;
 }
 
-/// With the relaxer's section changed.
-scenario::Scenario scenario_with(const std::string& from, const std::string& to) {
-    return test::small_scenario(test::small_toml_with(from, to));
-}
-
 }  // namespace
 
 TEST(Snapshot, RestoredItGoesOnAsItWentOn) {
@@ -90,8 +31,10 @@ TEST(Snapshot, RestoredItGoesOnAsItWentOn) {
     // With a budget that most motions wait for, so that the wire is on its way at most snapshots; and with
     // the paper's relaxer.
     const scenario::Scenario scenarios[] = {
-        test::small_scenario(), scenario_with("updates_per_frame = 20000", "updates_per_frame = 60"),
-        scenario_with("updates_per_frame = 20000", "updates_per_frame = 400\nkind = \"segment\"")};
+        test::small_scenario(),
+        test::small_scenario_with("updates_per_frame = 20000", "updates_per_frame = 60"),
+        test::small_scenario_with("updates_per_frame = 20000",
+                                  "updates_per_frame = 400\nkind = \"segment\"")};
     int working = 0;
     for (const scenario::Scenario& scenario : scenarios) {
         Exercise straight(scenario, true), other(scenario, true);
@@ -100,13 +43,13 @@ TEST(Snapshot, RestoredItGoesOnAsItWentOn) {
             straight.next_frame(Commands{script::Reset{}, script::Beam{true}});
             bool settling = false;
             for (int frame = 0; frame < 12; ++frame)
-                settling = straight.next_frame(random_commands(random)).motion.settling;
+                settling = straight.next_frame(test::random_commands(random)).motion.settling;
             const Exercise::Snapshot snapshot = straight.snapshot();
             other.restore(snapshot);
             working += settling;
             expect_same(straight, other, seed, 0);
             for (int frame = 1; frame <= 8; ++frame) {
-                const Commands commands = random_commands(random);
+                const Commands commands = test::random_commands(random);
                 straight.next_frame(commands);
                 other.next_frame(commands);
                 expect_same(straight, other, seed, frame);
@@ -149,7 +92,7 @@ TEST(Snapshot, OfAnotherExerciseIsRefusedAndChangesNothing) {
     EXPECT_EQ(dark.simulation().state_hash(), before);
     dark.restore(dark.snapshot());
     // Another wire in the same vessel, of the same name.
-    Exercise stiffer(scenario_with("device = \"glide035\"", "device = \"bentson035\""), false);
+    Exercise stiffer(test::small_scenario_with("device = \"glide035\"", "device = \"bentson035\""), false);
     EXPECT_THROW(stiffer.restore(dark.snapshot()), io::InputError);
 }
 

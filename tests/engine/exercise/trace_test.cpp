@@ -6,7 +6,6 @@
 
 #include "engine/exercise/exercise.h"
 #include "engine/run/headless.h"
-#include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -50,24 +49,6 @@ TEST(Trace, EveryFrameHasARowOfAsManyCellsAsTheHeader) {
     }
     const Frame made = exercise.next_frame(std::vector<script::Command>{script::Reset{}});
     EXPECT_NEAR(std::stod(cell(cells(trace.rows(made, exercise.score())), "turned_deg")), 0, 1e-12);
-}
-
-TEST(Trace, TheWayLeftIsAlongTheVessels) {
-    const anatomy::Anatomy& vessels = test::iliac_renal();
-    const anatomy::VesselWays ways(vessels);
-    const auto way = [&](int a, int i, int b, int j) { return ways.between({a, i, 0}, {b, j, 0}); };
-    for (int a = 0; a < static_cast<int>(vessels.branches.size()); ++a) {
-        EXPECT_EQ(way(a, 3, a, 3), 0);
-        for (int b = 0; b < static_cast<int>(vessels.branches.size()); ++b) {
-            const std::optional<double> there = way(a, 5, b, 2), back = way(b, 2, a, 5);
-            ASSERT_TRUE(there && back);
-            EXPECT_NEAR(*there, *back, 1e-9);
-            // No shorter than the straight line, but for the step from a child's start to its parent's
-            // sample.
-            const double straight = (vessels.branches[a].points[5] - vessels.branches[b].points[2]).norm();
-            EXPECT_GT(*there, straight - 10);
-        }
-    }
 }
 
 TEST(Trace, ARunLeavesItWhereItWasAskedFor) {

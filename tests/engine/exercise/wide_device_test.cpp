@@ -27,16 +27,11 @@ using script::Held;
 /// |g|/C of a wire at rest: the relaxer ends below 1e-8, and all contacts are asked for anew here.
 constexpr double rest = 1e-6;
 
-scenario::Scenario shipped(const char* name, const std::vector<scenario::Override>& overrides) {
-    return scenario::load_scenario(test::asset("scenarios") / (std::string(name) + ".toml"),
-                                   test::asset("devices"), overrides);
-}
-
 /// A wire of 2.5 mm that is as stiff as a catheter, in the iliac arteries and the aorta.
 scenario::Scenario thick_wire() {
-    return shipped("renal", {{"guidewire.diameter_mm", "2.5"},
-                             {"guidewire.shaft_rigidity_N_mm2", "4000"},
-                             {"guidewire.tip_rigidity_N_mm2", "100"}});
+    return test::shipped_scenario("renal", {{"guidewire.diameter_mm", "2.5"},
+                                            {"guidewire.shaft_rigidity_N_mm2", "4000"},
+                                            {"guidewire.tip_rigidity_N_mm2", "100"}});
 }
 
 /// The chain's |g|/C on a wall that is asked anew.
@@ -74,10 +69,10 @@ TEST(WideDevices, AThickWireTakesTheDistanceFieldAndEveryWildFrameIsAtRest) {
 
 TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
     for (const char* device : {"\"guide8f\"", "\"sheath12f\""}) {
-        Simulation simulation(
-            shipped("renal_cobra",
-                    {{"catheter.device", device}, {"catheter.inserted_mm", "0"}, {"wall.friction", "0"}}),
-            test::cache());
+        Simulation simulation(test::shipped_scenario("renal_cobra", {{"catheter.device", device},
+                                                                     {"catheter.inserted_mm", "0"},
+                                                                     {"wall.friction", "0"}}),
+                              test::cache());
         ASSERT_TRUE(simulation.wall().smooth());
         const geometry::MeshQuery mesh(simulation.anatomy().lumen);
         const double start = simulation.inserted();
@@ -113,10 +108,11 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
 
 TEST(WideDevices, ASheathThatNearlyFillsItsVesselBeginsAtRest) {
     for (const char* diameter : {"4.7", "8"}) {  // in vessels of 8.5 mm
-        const Simulation simulation(shipped("renal_cobra", {{"catheter.device", "\"sheath12f\""},
-                                                            {"catheter.outer_diameter_mm", diameter},
-                                                            {"wall.friction", "0"}}),
-                                    test::cache());
+        const Simulation simulation(
+            test::shipped_scenario("renal_cobra", {{"catheter.device", "\"sheath12f\""},
+                                                   {"catheter.outer_diameter_mm", diameter},
+                                                   {"wall.friction", "0"}}),
+            test::cache());
         EXPECT_LE(gradient_of(simulation), rest) << diameter;
     }
 }
@@ -181,7 +177,7 @@ TEST(WideDevices, AWireInExchangeIsThinnerThanTheCatheterThatItNeeds) {
 
 TEST(WideDevices, WhatIsThickerThanTheEntryIsRefused) {
     const auto refused = [](const char* name, const std::vector<scenario::Override>& overrides) {
-        return test::refusal([&] { Simulation(shipped(name, overrides), test::cache()); });
+        return test::refusal([&] { Simulation(test::shipped_scenario(name, overrides), test::cache()); });
     };
     test::expect_said(refused("renal", {{"guidewire.diameter_mm", "9.9"}}),
                       "a wire of diameter 9.9 mm does not enter at 'aorta+LCIA+LEIA+LCFA.out', which is 8.5");
@@ -193,7 +189,7 @@ TEST(WideDevices, WhatIsThickerThanTheEntryIsRefused) {
     // One that begins outside stops at the entry, and says so.
     auto outside = wide;
     outside.push_back({"catheter.inserted_mm", "0"});
-    Simulation simulation(shipped("renal_cobra", outside), test::cache());
+    Simulation simulation(test::shipped_scenario("renal_cobra", outside), test::cache());
     bool too_thick = false;
     for (int frame = 0; frame < 10; ++frame) {
         simulation.apply(script::Advance{3, Held::Catheter});
@@ -201,6 +197,7 @@ TEST(WideDevices, WhatIsThickerThanTheEntryIsRefused) {
     }
     EXPECT_TRUE(too_thick);
     EXPECT_LT(simulation.inserted(Held::Catheter), 6);
+    EXPECT_TRUE(physics::validate(simulation.wire()).empty());
     test::expect_said(refused("renal", {{"guidewire.diameter_mm", "10.1"}}), "diameter_mm = 10.1");
 }
 

@@ -39,14 +39,6 @@ TEST(OutputFolder, GoesAgainWhenNothingWasKept) {
     EXPECT_TRUE(std::filesystem::exists(folder / "out/frames"));
 }
 
-TEST(OutputFolder, PlaceBelowAFileIsRefused) {
-    const test::TemporaryFolder folder;
-    test::write(folder / "file", "");
-    test::expect_said(test::refusal([&] { OutputFolder out(folder / "file/out", OutputFolder::Parts{}); }),
-                      "cannot be made");
-    EXPECT_NE(test::refusal([&] { OutputFolder out(folder / "file", OutputFolder::Parts{}); }), "");
-}
-
 TEST(OutputFolder, OwnCommandsAndExpectationAreNotOverwritten) {
     const test::TemporaryFolder folder;
     test::write(folder / "run.gw", "");

@@ -17,12 +17,6 @@ TEST_F(PictureFile, ReplacesTheOldOneAndLeavesNothingBeside) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST_F(PictureFile, AFileNamedLikeAPartIsLeftAlone) {
-    test::write(folder / "a.png.part", "mine");
-    write_picture(folder / "a.png", test::plain(8, 8, 1));
-    EXPECT_EQ(test::read(folder / "a.png.part"), "mine");
-}
-
 TEST_F(PictureFile, NamesTheFolderItCannotWriteToAndLeavesTheOldFileWhole) {
     const std::string path = (folder / "missing/a.png").string();
     EXPECT_EQ(test::refusal([&] { write_picture(path, test::noisy(8, 8)); }),

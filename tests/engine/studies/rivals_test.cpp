@@ -16,6 +16,8 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
 #include "tests/engine/fixtures.h"
+#include "tests/physics/elastica.h"
+#include "tests/physics/wires.h"
 
 namespace rivals {
 namespace {
@@ -50,29 +52,6 @@ double deflection(Kind kind, int n, double force) {
     rod->start(straight_nodes(n, spec.segment_length));
     rod->advance(kind == Kind::Beam ? 100 : 30'000);
     return rod->nodes().back().y();
-}
-
-/// The end of the elastica of length 1 and rigidity 1 under the force p across its clamp: θ'' = −p cos θ.
-Eigen::Vector2d elastica_end(double p) {
-    const auto shoot = [p](double bend, Eigen::Vector2d& end) {
-        Eigen::Vector4d y(0, bend, 0, 0);  // θ, θ', x, y
-        const auto slope = [p](const Eigen::Vector4d& s) {
-            return Eigen::Vector4d(s[1], -p * std::cos(s[0]), std::cos(s[0]), std::sin(s[0]));
-        };
-        const int steps = 2000;
-        const double h = 1.0 / steps;
-        for (int k = 0; k < steps; ++k) {
-            const Eigen::Vector4d a = slope(y), b = slope(y + h / 2 * a), c = slope(y + h / 2 * b),
-                                  d = slope(y + h * c);
-            y += h / 6 * (a + 2 * b + 2 * c + d);
-        }
-        end = y.tail<2>();
-        return y[1];
-    };
-    double low = 0, high = p;  // of the bend at the clamp
-    Eigen::Vector2d end;
-    for (int k = 0; k < 60; ++k) (shoot(0.5 * (low + high), end) > 0 ? high : low) = 0.5 * (low + high);
-    return end;
 }
 
 const Tube& bent_tube() {
@@ -167,8 +146,9 @@ TEST(Rivals, ABentBeamUnderAMomentIsACircleOfRadiusEIOverM) {
 }
 
 TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
-    const Eigen::Vector2d exact = elastica_end(2);  // P L²/EI = 2: half of its length
-    EXPECT_NEAR(exact.y(), 0.49346, 1e-5);          // K. E. Bisshopp, D. C. Drucker, 1945
+    Elastica exact{.tip_force = 2};  // P L²/EI = 2: half of its length
+    exact.clamp_at(0);
+    EXPECT_NEAR(-exact.y, 0.49346, 1e-5);  // K. E. Bisshopp, D. C. Drucker, 1945
     const int n = 20;
     RodSpec spec;
     spec.axial = 1e5;
@@ -177,8 +157,8 @@ TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
         const auto rod = make_rival(kind, spec);
         rod->start(straight_nodes(n, 1));
         rod->advance(kind == Kind::Beam ? 200 : kind == Kind::Chain ? 20'000 : 25'000);
-        EXPECT_NEAR(rod->nodes().back().x() / n, exact.x(), 2e-3);
-        EXPECT_NEAR(rod->nodes().back().y() / n, exact.y(), 2e-3);
+        EXPECT_NEAR(rod->nodes().back().x() / n, exact.x, 2e-3);
+        EXPECT_NEAR(rod->nodes().back().y() / n, -exact.y, 2e-3);
     }
 }
 
@@ -233,9 +213,7 @@ TEST(Rivals, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
         const physics::TubeWall wall(vessel.path, 1, vessel.stiffness / finer);
         const int n = 60 * finer;
         physics::Chain wire = wire_along(of, vessel.path, n);
-        physics::RelaxerConfig config;
-        config.kind = physics::RelaxerKind::Global;
-        ASSERT_TRUE(physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0}).converged());
+        ASSERT_TRUE(global_relaxer(wall)->relax(wire, unlimited).converged());
         RodSpec spec = vessel.rod;
         spec.segment_length /= finer;
         spec.wall_stiffness /= finer;

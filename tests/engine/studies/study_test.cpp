@@ -36,10 +36,4 @@ TEST_F(Studies, LeaveTheirFilesInAFolderThatIsMade) {
     EXPECT_EQ(test::read(folder / "a/b/tiny.md"), "# Tiny\n");
 }
 
-TEST_F(Studies, RefuseAFolderThatCannotBe) {
-    test::write(folder / "file", "");
-    const std::string message = test::refusal([&] { run_study({"tiny", "?", tiny}, folder / "file", {}); });
-    test::expect_said(message, "file: cannot be written");
-}
-
 }  // namespace studies

@@ -84,32 +84,6 @@ TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
     EXPECT_NEAR(wire.inserted_length(), 97.3, 1e-9);
 }
 
-TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
-    const SmoothVessel vessel = smooth_vessel();
-    std::mt19937 random(11);
-    for (int trial = 0; trial < 6; ++trial) {
-        const double lambda = 0.7 + 0.4 * trial;
-        Hub hub({}, vessel.wall);
-        const double start = 2 * lambda + 30;
-        Chain wire = wire_of_length(tipped(lambda), vessel.line, start);
-        hub.settle(wire, all_it_takes);
-        double asked = start;
-        for (int k = 0; k < 60; ++k) {
-            const double mm = 6 * (random() / 4294967296.0) - 2.4;
-            ASSERT_TRUE(feed_at(hub, wire, mm)) << "trial " << trial << ", motion " << k;
-            asked += mm;
-            ASSERT_NEAR(wire.inserted_length(), asked, 1e-9);
-            const Chain fresh = wire_of_length(tipped(lambda), vessel.line, asked);
-            ASSERT_EQ(wire.segments(), fresh.segments()) << "trial " << trial << ", motion " << k;
-            for (int i = 1; i <= wire.segments(); ++i) ASSERT_NEAR(wire.lengths[i], fresh.lengths[i], 1e-9);
-            for (int i = 0; i < wire.segments(); ++i) {
-                ASSERT_NEAR(wire.devices[0].rest[i].angle, fresh.devices[0].rest[i].angle, 1e-9);
-                ASSERT_NEAR(wire.rigidity[i], fresh.rigidity[i], 1e-6 * fresh.rigidity[i]);
-            }
-        }
-    }
-}
-
 TEST(Hub, WithdrawsToTwoSegmentsAndNoFarther) {
     InSmoothVessel at(30);
     auto& [vessel, hub, wire] = at;
@@ -154,22 +128,6 @@ TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
         }
     }
     EXPECT_TRUE(refused);
-}
-
-/// The relaxer's own sums against the energy module: the hand's work is what the wire's energy gains.
-TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
-    const SmoothVessel vessel = smooth_vessel();
-    Hub hub({}, vessel.wall);
-    Chain wire = wire_of_length(tipped(2), vessel.line, 100);
-    HubReport report = hub.settle(wire, all_it_takes);
-    for (int k = 0; k < 60; ++k) {
-        const double before = energy_of(wire, vessel.wall), torque_before = report.relax.base_torque;
-        report = hub.move(wire, {0, 0.02}, all_it_takes);
-        ASSERT_EQ(report.outcome, Outcome::AtRest);
-        const double rise = energy_of(wire, vessel.wall) - before;
-        const double work = 0.5 * (torque_before + report.relax.base_torque) * report.made.turn;
-        EXPECT_NEAR(rise, work, 0.02 * std::abs(work) + 1e-5) << k;
-    }
 }
 
 /// A frictionless wire in a straight closed tube buckles into waves and then into a helix, which turns

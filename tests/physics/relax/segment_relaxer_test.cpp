@@ -11,21 +11,6 @@ using namespace physics;
 
 namespace {
 
-RelaxerConfig with(int varied, bool safeguard = true) {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
-    config.varied_segments = varied;
-    config.safeguard = safeguard;
-    return config;
-}
-
-/// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
-SceneSetup past_the_first_turn() {
-    SceneSetup scene = scene_setup("hairpin");
-    scene.wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, scene.wall.centreline(), 70);
-    return scene;
-}
-
 Chain straight_along_x(int segments) {
     return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
 }
@@ -35,14 +20,14 @@ Chain straight_along_x(int segments) {
 TEST(RelaxerConfig, RefusesWhatCannotRun) {
     EXPECT_TRUE(problems(RelaxerConfig{}).empty());
     const TubeWall wall({{0, 0, 0}, {0, 0, 10}}, 2.0, 20.0);
-    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(with(m), wall), std::invalid_argument);
+    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(segment_config(m), wall), std::invalid_argument);
     RelaxerConfig config;
     config.separation = 1;
     EXPECT_THROW(make_relaxer(config, wall), std::invalid_argument);
     config.separation = 15;
     config.turn_limit = 0;
     EXPECT_THROW(make_relaxer(config, wall), std::invalid_argument);
-    RelaxerConfig stored = with(2);
+    RelaxerConfig stored = segment_config(2);
     stored.stored_planes = true;
     EXPECT_TRUE(problems(stored).empty());
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Geometric, RelaxerKind::Combined}) {
@@ -57,7 +42,7 @@ TEST(SegmentRelaxer, ThePrintedSystemMovesAWireAsThePlainFormDoes) {
         for (int varied = 1; varied <= 5; ++varied)
             for (const bool shaken : {false, true}) {
                 const SceneSetup scene = scene_setup(name);
-                RelaxerConfig config = with(varied, false);
+                RelaxerConfig config = segment_config(varied, false);
                 Chain plain = scene.wire;
                 std::mt19937 random(varied);
                 const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
@@ -81,7 +66,7 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
         auto [wall, wire] = scene_setup("hairpin");
         const int n = wire.segments();
         Chain last = wire;
-        auto relaxer = make_relaxer(with(m), wall);
+        auto relaxer = make_relaxer(segment_config(m), wall);
         relaxer->relax(wire, {2000, 0, 0}, [&](int, const Chain& now) {
             for (int i = 1; i <= n; ++i)
                 ASSERT_LE((now.tangents[i] - last.tangents[i]).norm(), 0.1 / std::sqrt(n + 1.0 - i) + 1e-12);
@@ -92,7 +77,7 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
 
 TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
     auto [wall, wire] = scene_setup("hairpin");
-    SegmentRelaxer relaxer(with(3), wall);
+    SegmentRelaxer relaxer(segment_config(3), wall);
     Chain last = wire;
     std::map<int, int> separations;
     relaxer.relax(wire, whole_cycles(wire.segments(), 1), [&](int first, const Chain& now) {
@@ -114,7 +99,7 @@ TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
 
 TEST(SegmentRelaxer, FixedSeparationIsKept) {
     auto [wall, wire] = scene_setup("hairpin");
-    RelaxerConfig config = with(3);
+    RelaxerConfig config = segment_config(3);
     config.separation = 12;
     SegmentRelaxer relaxer(config, wall);
     int triples = 0;
@@ -131,7 +116,7 @@ TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
     SceneSetup scene = past_the_first_turn();
     const TubeWall& wall = scene.wall;
     Chain& wire = scene.wire;
-    SegmentRelaxer relaxer(with(3), wall);
+    SegmentRelaxer relaxer(segment_config(3), wall);
     relaxer.relax(wire, whole_cycles(wire.segments(), 1));
     Chain before = wire;
     rebuild_joints(before);
@@ -174,7 +159,7 @@ TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
     for (const char* scene : {"hairpin", "stiffwall"})
         for (int m : {1, 2, 3}) {
             auto [wall, wire] = scene_setup(scene);
-            auto relaxer = make_relaxer(with(m), wall);
+            auto relaxer = make_relaxer(segment_config(m), wall);
             double last = energy_of(wire, wall);
             for (int k = 0; k < 30; ++k) {
                 relaxer->relax(wire, {200, 0, 0});
@@ -191,7 +176,7 @@ TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
     double rest[2];
     for (bool safeguard : {false, true}) {
         Chain wire = start;
-        make_relaxer(with(2, safeguard), wall)->relax(wire, whole_cycles(wire.segments(), 30));
+        make_relaxer(segment_config(2, safeguard), wall)->relax(wire, whole_cycles(wire.segments(), 30));
         const double energy = energy_of(wire, wall);
         global_relaxer(wall)->relax(wire, {100000, 0, 0});
         rest[safeguard] = energy_of(wire, wall);
@@ -206,7 +191,7 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
     double mean[2];
     for (int order : {1, 2}) {
         Chain wire = start;
-        RelaxerConfig config = with(2);
+        RelaxerConfig config = segment_config(2);
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
         auto relaxer = make_relaxer(config, wall);
         relaxer->relax(wire, whole_cycles(wire.segments(), 30));
@@ -230,7 +215,7 @@ TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
     const Chain& start = scene.wire;
     const auto mean = [&](bool bending, bool of_wall) {
         Chain wire = start;
-        RelaxerConfig config = with(1, false);
+        RelaxerConfig config = segment_config(1, false);
         config.bending_curvature = bending;
         config.wall_curvature = of_wall;
         const auto relaxer = make_relaxer(config, wall);
@@ -247,7 +232,7 @@ TEST(SegmentRelaxer, FirstOrderIsThePlainMethodWithoutBothCurvatures) {
     Vec3 tips[2];
     for (const bool first_order : {false, true}) {
         auto [wall, wire] = past_the_first_turn();
-        RelaxerConfig config = with(1, false);
+        RelaxerConfig config = segment_config(1, false);
         config.bending_curvature = config.wall_curvature = false;
         if (first_order) config.kind = RelaxerKind::FirstOrder;
         make_relaxer(config, wall)->relax(wire, {3000, 0, 0});
@@ -264,11 +249,11 @@ TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
     const Chain start = wire;
     RelaxerConfig konings;
     konings.kind = RelaxerKind::Konings;
-    RelaxerConfig combined = with(2);
+    RelaxerConfig combined = segment_config(2);
     combined.kind = RelaxerKind::Combined;
-    RelaxerConfig stored = with(2);
+    RelaxerConfig stored = segment_config(2);
     stored.stored_planes = true;
-    for (const RelaxerConfig& config : {with(2), konings, combined, stored}) {
+    for (const RelaxerConfig& config : {segment_config(2), konings, combined, stored}) {
         wire = start;
         const double before = energy_of(wire, wall);
         make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), 25));
@@ -285,7 +270,9 @@ TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
     auto [wall, wire] = scene_setup("hairpin");
     int seen = 0;
     const RelaxReport report =
-        make_relaxer(with(2), wall)->relax(wire, {137, 0.75, 40}, [&](int, const Chain&) { ++seen; });
+        make_relaxer(segment_config(2), wall)->relax(wire, {137, 0.75, 40}, [&](int, const Chain&) {
+            ++seen;
+        });
     EXPECT_EQ(report.updates, 137);
     EXPECT_EQ(seen, 137);
     EXPECT_GE(report.wall_queries, wire.segments());
@@ -296,7 +283,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
     spec.curved_length = spec.curved_angle = 0;
     Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
-    const RelaxReport report = make_relaxer(with(2), wall)->relax(wire, {100000, 0, 0});
+    const RelaxReport report = make_relaxer(segment_config(2), wall)->relax(wire, {100000, 0, 0});
     EXPECT_TRUE(report.converged());
     EXPECT_LE(report.updates, 60);
 }
@@ -309,7 +296,7 @@ TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
     Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
     rotate(wire, every_device, 0.5);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
-    make_relaxer(with(1), wall)->relax(wire, whole_cycles(24, 400));
+    make_relaxer(segment_config(1), wall)->relax(wire, whole_cycles(24, 400));
     EXPECT_LT(total_energy(wire, all_contacts(wire, wall)).bending, 1e-8);
     const Vec3 aside = wire.tip() - Vec3(0, 0, wire.tip().z());
     EXPECT_GT(aside.norm(), 2.0);
@@ -324,7 +311,7 @@ TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
     spec.segment_length = 2;
     Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
-    auto relaxer = make_relaxer(with(2), wall);
+    auto relaxer = make_relaxer(segment_config(2), wall);
     relaxer->relax(wire, whole_cycles(30, 100));
     const Vec3 before = wire.tip();
     for (int k = 0; k < 18; ++k) {
@@ -343,7 +330,7 @@ TEST(SegmentRelaxer, LeavesAnExactHeadOnMeeting) {
         const TubeWall wall({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
         const double before = energy_of(wire, wall);
         ASSERT_GT(before, 0.1);
-        auto relaxer = make_relaxer(with(m), wall);
+        auto relaxer = make_relaxer(segment_config(m), wall);
         relaxer->relax(wire, whole_cycles(40, 40));
         EXPECT_TRUE(validate(wire).empty());
         EXPECT_LT(energy_of(wire, wall), 0.7 * before) << m;
@@ -358,7 +345,7 @@ TEST(SegmentRelaxer, LeavesAnExactFold) {
         Chain wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
         const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
         const double before = energy_of(wire, wall);
-        make_relaxer(with(m), wall)->relax(wire, whole_cycles(40, 30));
+        make_relaxer(segment_config(m), wall)->relax(wire, whole_cycles(40, 30));
         EXPECT_TRUE(validate(wire).empty());
         EXPECT_LT(energy_of(wire, wall), 0.8 * before) << m;
     }
@@ -374,7 +361,7 @@ TEST(SegmentRelaxer, SurvivesWhatBreaksPlainMethods) {
                 wire.tangents[60 + k] = wire.tangents[59];
             }
             rebuild_joints(wire);
-            make_relaxer(with(m, safeguard), setup.wall)->relax(wire, {4000, 0.5, 60});
+            make_relaxer(segment_config(m, safeguard), setup.wall)->relax(wire, {4000, 0.5, 60});
             EXPECT_TRUE(validate(wire).empty()) << m << safeguard;
         }
 }
@@ -392,7 +379,7 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
         Chain wire = wire_along(spec, line, 40);
         // d_0 in the mirror plane: its mirror image is itself.
         wire.base_director = Vec3::UnitY();
-        auto relaxer = make_relaxer(with(2), wall);
+        auto relaxer = make_relaxer(segment_config(2), wall);
         for (int k = 0; k < 6; ++k) {
             move(wire, 4);
             rotate(wire, every_device, sign * 0.15);
@@ -412,7 +399,7 @@ TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
     Vec3 tips[2];
     for (Vec3& tip : tips) {
         auto [wall, wire] = scene_setup("spatial");
-        make_relaxer(with(2), wall)->relax(wire, {3000, 0.5, 60});
+        make_relaxer(segment_config(2), wall)->relax(wire, {3000, 0.5, 60});
         tip = wire.tip();
     }
     EXPECT_EQ(tips[0], tips[1]);
@@ -443,9 +430,9 @@ TEST(SegmentRelaxer, DevicesOnAChainRestWhereTheGlobalRelaxerRests) {
     Chain rest = wire_in_a_catheter(line);
     ASSERT_FALSE(rest.couplings.empty());
     ASSERT_TRUE(global_relaxer(wall)->relax(rest, unlimited).converged());
-    RelaxerConfig geometric = with(2);
+    RelaxerConfig geometric = segment_config(2);
     geometric.kind = RelaxerKind::Combined;
-    for (const RelaxerConfig& config : {with(1), with(2), with(3), geometric}) {
+    for (const RelaxerConfig& config : {segment_config(1), segment_config(2), segment_config(3), geometric}) {
         Chain wire = wire_in_a_catheter(line);
         EXPECT_EQ(why_not(config.kind, wire.devices), "");
         const auto relaxer = make_relaxer(config, wall);

@@ -74,29 +74,19 @@ SegmentSolution oracle(const SegmentProblem& p, int iterations) {
 class SegmentStep : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(VariedSegments, SegmentStep, testing::Range(1, 6));
 
-TEST_P(SegmentStep, TangentFormTakesTheIteratesOfThePapersFourMEquations) {
+TEST_P(SegmentStep, TangentAndPrintedFormTakeTheIteratesOfThePapersFourMEquations) {
     for (unsigned seed = 1; seed <= 20; ++seed) {
         const SegmentProblem p = random_problem(GetParam(), seed);
         for (int iterations : {1, 2, 3, 6}) {
-            const SegmentSolution ours = plain_step(p, iterations), theirs = oracle(p, iterations);
-            for (int m = 0; m < GetParam(); ++m) {
-                EXPECT_LT((ours.tangent[m] - theirs.tangent[m]).norm(), 1e-12) << seed << " " << iterations;
-                EXPECT_NEAR(ours.multiplier[m], theirs.multiplier[m],
-                            1e-12 * std::abs(theirs.multiplier[m]) + 1e-12);
-            }
-        }
-    }
-}
-
-TEST_P(SegmentStep, PrintedFormTakesTheIteratesOfThePapersFourMEquations) {
-    for (unsigned seed = 1; seed <= 20; ++seed) {
-        const SegmentProblem p = random_problem(GetParam(), seed);
-        for (int iterations : {1, 2, 3, 6}) {
-            const SegmentSolution ours = printed_step(p, iterations), theirs = oracle(p, iterations);
-            for (int m = 0; m < GetParam(); ++m) {
-                EXPECT_LT((ours.tangent[m] - theirs.tangent[m]).norm(), 1e-12) << seed << " " << iterations;
-                EXPECT_NEAR(ours.multiplier[m], theirs.multiplier[m],
-                            1e-12 * std::abs(theirs.multiplier[m]) + 1e-12);
+            const SegmentSolution theirs = oracle(p, iterations);
+            for (const bool by_print : {false, true}) {
+                const SegmentSolution ours = by_print ? printed_step(p, iterations) : plain_step(p, iterations);
+                for (int m = 0; m < GetParam(); ++m) {
+                    EXPECT_LT((ours.tangent[m] - theirs.tangent[m]).norm(), 1e-12)
+                        << seed << " " << iterations << (by_print ? " printed" : " tangent");
+                    EXPECT_NEAR(ours.multiplier[m], theirs.multiplier[m],
+                                1e-12 * std::abs(theirs.multiplier[m]) + 1e-12);
+                }
             }
         }
         const SegmentSolution printed = printed_step(p), tangent = plain_step(p);

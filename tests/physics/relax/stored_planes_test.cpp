@@ -6,7 +6,6 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
 #include "physics/wire/energy.h"
-#include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -14,17 +13,14 @@ using namespace physics;
 namespace {
 
 RelaxerConfig storing(int varied, bool stored) {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
-    config.varied_segments = varied;
+    RelaxerConfig config = segment_config(varied);
     config.stored_planes = stored;
     return config;
 }
 
 /// A wire of the hairpin past its first turn, pressed against the wall all along.
 SceneSetup pressed() {
-    SceneSetup scene = scene_setup("hairpin");
-    scene.wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, scene.wall.centreline(), 70);
+    SceneSetup scene = past_the_first_turn();
     make_relaxer(storing(2, false), scene.wall)->relax(scene.wire, whole_cycles(70, 2));
     return scene;
 }
@@ -102,23 +98,6 @@ TEST(StoredPlanes, RestWhereThePlainFormRests) {
         make_relaxer(storing(m, true), scene.wall)->relax(wire, whole_cycles(70, 25));
         EXPECT_NEAR(energy_of(wire, scene.wall), rest, 1e-9 * rest) << m;
     }
-}
-
-TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
-    const anatomy::Scene& scene = *anatomy::find_scene("hairpin");
-    const SceneSetup setup = scene_setup("hairpin");
-    const anatomy::Anatomy tube =
-        anatomy::tube_anatomy("tube", setup.wall.centreline(), scene.radius, 32, 1.0);
-    const MeshWall mesh(tube.lumen, tube.branches, {tube.ends[0].opening, tube.ends[1].opening},
-                        scene.wall_stiffness);
-    const test::AskAlways always(mesh);
-    Chain wire = wire_along(setup.wire.devices[0].spec, setup.wire.grid, setup.wall.centreline(), 70);
-    Chain same = wire;
-    const long long few = make_relaxer(storing(2, true), mesh)->relax(wire, whole_cycles(70, 2)).wall_queries;
-    const long long all =
-        make_relaxer(storing(2, false), always)->relax(same, whole_cycles(70, 2)).wall_queries;
-    EXPECT_LT(10 * few, all);
-    EXPECT_TRUE(validate(wire).empty());
 }
 
 TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {

@@ -155,12 +155,11 @@ void be_wild(bool segments) {
     EXPECT_LE(refused, motions / 100);
 }
 
-TEST(Torsion, WildHandsWithFrictionEndAtRest) {
-    be_wild(false);
-}
-
-TEST(Torsion, WildHandsOnAShaftThatTwistsSegmentBySegmentEndAtRest) {
-    be_wild(true);
+TEST(Torsion, WildHandsOnAShaftThatTwistsAsAWholeOrSegmentBySegmentEndAtRest) {
+    for (const bool segments : {false, true}) {
+        SCOPED_TRACE(segments ? "segment by segment" : "as a whole");
+        be_wild(segments);
+    }
 }
 
 /// Without friction the torque is the same all along the shaft: it then winds up as a whole, but that the

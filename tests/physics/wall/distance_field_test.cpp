@@ -172,22 +172,15 @@ TEST(DistanceField, NormalAndCurvatureAreDerivativesWithinACellAndAcrossItsBorde
     }
 }
 
-TEST(DistanceField, IsOneFunctionFromANarrowVesselToAWideOne) {
-    const DistanceField field = field_of(cone());
-    const std::size_t uniform = field_of(cone(), 0, {.spacing = field.spacing(), .threads = 2}).bytes();
-    EXPECT_LT(field.bytes(), 0.5 * static_cast<double>(uniform));
-    const FieldEstimate expected = DistanceField::estimate(cone().branches);
-    EXPECT_EQ(expected.spacing, field.spacing());
-    EXPECT_NEAR(expected.bytes / static_cast<double>(field.bytes()), 1, 0.5);
-    expect_one_function(field, 30, 1.8e-3);  // 6(1 - cos(π/128))
-}
-
 TEST(DistanceField, IsOneFunctionFromANarrowVesselToTheWidest) {
     // To a radius of 10.4 mm, 39 spacings: the coarsest grid is asked for from 6.4 mm on.
     const DistanceField field = field_of(cone(60, 192));
     const std::size_t uniform =
         field_of(cone(60, 192), 0, {.spacing = field.spacing(), .threads = 2}).bytes();
     EXPECT_LT(field.bytes(), 0.25 * static_cast<double>(uniform));
+    const FieldEstimate expected = DistanceField::estimate(cone(60, 192).branches);
+    EXPECT_EQ(expected.spacing, field.spacing());
+    EXPECT_NEAR(expected.bytes / static_cast<double>(field.bytes()), 1, 0.5);
     expect_one_function(field, 60, 1.4e-3);  // 10.4(1 - cos(π/192))
 }
 
@@ -206,7 +199,11 @@ TEST(DistanceField, RelaxesAWireToTheEnergyOfTheTubeWall) {
     };
     // The mesh is up to 8e-4 mm narrower in its facets, 1e-3 in the chords of its bends; 40 mm of wire bent
     // by 13.5 N·mm feel 1e-3 mm of the wall as 0.004 N·mm.
-    EXPECT_NEAR(relaxed(field), relaxed(setup.wall), 0.005);
+    const double of_tube = relaxed(setup.wall);
+    EXPECT_NEAR(relaxed(field), of_tube, 0.005);
+    // The planes of its facets are up to 0.01 mm narrower.
+    const MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness);
+    EXPECT_NEAR(relaxed(mesh), of_tube, 0.1);
 }
 
 TEST(DistanceField, PushesAJointBackFromFarOutside) {

@@ -194,9 +194,7 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
         return total_energy(wire, all_contacts(wire, in)).total();
     };
     Chain wire = wire_along(setup.wire.devices[0].spec, setup.wire.grid, line, 60);
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
-    make_relaxer(config, wall)->relax(wire, whole_cycles(60, 25));
+    paper_relaxer(wall)->relax(wire, whole_cycles(60, 25));
     const double by_segments = energy(wire, wall);
     EXPECT_TRUE(global_relaxer(wall)->relax(wire, {1'000'000, 0, 0}).converged());
     EXPECT_LT(relative_gradient(wire, all_contacts(wire, wall)), 1e-8);

@@ -289,6 +289,12 @@ TEST(Feed, SegmentsOfAShapeOnItsWayInDependOnTheLengthAlone) {
             for (int i = 1; i <= laid.segments(); ++i)
                 ASSERT_NEAR(fed.lengths[i], laid.lengths[i], 1e-6)
                     << "seed " << seed << ", step " << step << ", segment " << i;
+            for (int i = 0; i < laid.segments(); ++i) {
+                ASSERT_NEAR(fed.devices[0].rest[i].angle, laid.devices[0].rest[i].angle, 1e-6)
+                    << "seed " << seed << ", step " << step << ", joint " << i;
+                ASSERT_NEAR(fed.rigidity[i], laid.rigidity[i], 1e-5 * laid.rigidity[i])
+                    << "seed " << seed << ", step " << step << ", joint " << i;
+            }
         }
     }
 }

@@ -209,10 +209,7 @@ TEST(Refinement, CoarsenedAndSplitBackTheWireIsWhereItWas) {
     refine(wire, wall, finest);
     ASSERT_EQ(wire.segments(), fine.segments());
     EXPECT_EQ(wire.lengths, fine.lengths);
-    double farthest = 0;
-    for (int i = 0; i <= wire.segments(); ++i)
-        farthest = std::max(farthest, (wire.joints[i] - fine.joints[i]).norm());
-    EXPECT_LT(farthest, 0.05);
+    EXPECT_LT(farthest_apart(wire, fine), 0.05);
 }
 
 TEST(Refinement, SeesARidgeBetweenTheEndsOfASegment) {

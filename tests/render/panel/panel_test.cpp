@@ -15,7 +15,6 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -23,6 +22,7 @@
 #include "render/panel/palette.h"
 #include "render/patient/solids.h"
 #include "render/xray/fluoroscope.h"
+#include "tests/engine/fixtures.h"
 #include "tests/render/images.h"
 
 namespace {
@@ -336,13 +336,11 @@ TEST_F(PanelTest, TakesAnyBytesAsTextAndAnyLength) {
 }
 
 TEST_F(PanelTest, DrawsWithoutTheFontOrWithABrokenOne) {
-    const fs::path folder =
-        fs::temp_directory_path() / ("seldinger_panel_test_" + std::to_string(::getpid()));
-    fs::create_directories(folder);
+    const test::TemporaryFolder folder;
     const fs::path installed = render::PanelSpec{}.fonts;
     EXPECT_EQ(panel_->has_font(),
               fs::exists(installed / "DejaVuSans.ttf") && fs::exists(installed / "DejaVuSans-Bold.ttf"));
-    Panel bare({1280, 1024, folder});
+    Panel bare({1280, 1024, folder.path()});
     EXPECT_FALSE(bare.has_font());
     const ColourImage coarse = bare.draw(live_, nullptr, sample());
     EXPECT_EQ(coarse.pixels.size(), std::size_t{3} * 1280 * 1024);
@@ -353,9 +351,8 @@ TEST_F(PanelTest, DrawsWithoutTheFontOrWithABrokenOne) {
             fs::copy_file(installed / name, folder / name);
             fs::resize_file(folder / name, 20000);
         }
-        EXPECT_FALSE(Panel({640, 512, folder}).has_font());
+        EXPECT_FALSE(Panel({640, 512, folder.path()}).has_font());
     }
-    fs::remove_all(folder);
 }
 
 TEST_F(PanelTest, LeavesAnotherImGuiAndTheFluoroscopeAsTheyWere) {

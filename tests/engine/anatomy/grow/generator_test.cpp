@@ -31,6 +31,42 @@ bool same(const geometry::TriangleMesh& a, const geometry::TriangleMesh& b) {
     return a.vertices == b.vertices && a.triangles == b.triangles;
 }
 
+/// Asserts that the gradient at so many places of the wall around a place is that of the distance, and
+/// counts those that the smooth minimum of two branches blends.
+int blended_with_the_gradient(const ImplicitLumen& lumen, const Vec3& around, double radius, int places) {
+    int blended = 0;
+    for (int k = 0; k < places; ++k) {
+        const Vec3 x = lumen.projected(
+            around + radius * Vec3(std::sin(3.1 * k), std::cos(1.7 * k), std::sin(0.9 * k + 1)));
+        const auto value = lumen.at(x);
+        if (std::abs(value.distance) > 1e-6) continue;
+        Vec3 difference;
+        const double h = 1e-5;
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3 step = h * Vec3::Unit(axis);
+            difference[axis] = (lumen.at(x + step).distance - lumen.at(x - step).distance) / (2 * h);
+        }
+        EXPECT_LT((difference - value.gradient).norm(), 1e-4) << x.transpose();
+        blended += value.gradient.norm() < 0.999;
+    }
+    return blended;
+}
+
+/// The lumen is sound, its triangles are near equilateral and lie on the wall.
+void expect_figures(const geometry::TriangleMesh& lumen, const ImplicitLumen& exact) {
+    EXPECT_EQ(geometry::topology(lumen).non_manifold_edges, 0);
+    EXPECT_EQ(self_intersections(lumen), 0);
+    EXPECT_GE(smallest_angles(lumen).percentile, 30 * std::numbers::pi / 180);
+    std::vector<double> errors;
+    for (const auto& t : lumen.triangles) {
+        const Vec3 centroid = (lumen.vertices[t[0]] + lumen.vertices[t[1]] + lumen.vertices[t[2]]) / 3;
+        errors.push_back(std::abs(exact.at(centroid).distance));
+    }
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LE(errors[errors.size() * 99 / 100], 0.05);
+    EXPECT_LE(errors.back(), 0.35);
+}
+
 }  // namespace
 
 TEST(ImplicitLumen, OfAStraightVesselIsTheDistanceToATube) {
@@ -50,22 +86,7 @@ TEST(ImplicitLumen, HasTheGradientOfItsValue) {
     const VesselTree tree = grow(small_tree());
     const ImplicitLumen lumen(tree, 0.4);
     const Vec3 junction = tree.branches[1].points[tree.branches[1].exit];
-    int blended = 0;
-    for (int k = 0; k < 60; ++k) {
-        const Vec3 x = lumen.projected(
-            junction + 2.5 * Vec3(std::sin(3.1 * k), std::cos(1.7 * k), std::sin(0.9 * k + 1)));
-        const auto value = lumen.at(x);
-        if (std::abs(value.distance) > 1e-6) continue;
-        Vec3 difference;
-        const double h = 1e-5;
-        for (int axis = 0; axis < 3; ++axis) {
-            const Vec3 step = h * Vec3::Unit(axis);
-            difference[axis] = (lumen.at(x + step).distance - lumen.at(x - step).distance) / (2 * h);
-        }
-        EXPECT_LT((difference - value.gradient).norm(), 1e-4) << x.transpose();
-        blended += value.gradient.norm() < 0.999;
-    }
-    EXPECT_GT(blended, 3);  // the smooth minimum was among them
+    EXPECT_GT(blended_with_the_gradient(lumen, junction, 2.5, 60), 3);
 }
 
 TEST(ImplicitLumen, IsTheSameWhicheverBlocksItKnows) {
@@ -108,19 +129,8 @@ TEST(Generator, MeetsItsFiguresOnTheSmallTree) {
     EXPECT_EQ(euler_characteristic(closed.mesh), 2);
 
     const geometry::TriangleMesh& lumen = small_anatomy().lumen;
-    EXPECT_EQ(geometry::topology(lumen).non_manifold_edges, 0);
-    EXPECT_EQ(self_intersections(lumen), 0);
-    const TriangleAngles angles = smallest_angles(lumen);
-    EXPECT_GE(angles.least, 3 * std::numbers::pi / 180);
-    EXPECT_GE(angles.percentile, 30 * std::numbers::pi / 180);
-    std::vector<double> errors;
-    for (const auto& t : lumen.triangles) {
-        const Vec3 centroid = (lumen.vertices[t[0]] + lumen.vertices[t[1]] + lumen.vertices[t[2]]) / 3;
-        errors.push_back(std::abs(closed.implicit.at(centroid).distance));
-    }
-    std::sort(errors.begin(), errors.end());
-    EXPECT_LE(errors[errors.size() * 99 / 100], 0.05);
-    EXPECT_LE(errors.back(), 0.35);
+    EXPECT_GE(smallest_angles(lumen).least, 3 * std::numbers::pi / 180);
+    expect_figures(lumen, closed.implicit);
 }
 
 TEST(Generator, MeetsItsFiguresOnTheGridOfALargeTree) {
@@ -130,18 +140,7 @@ TEST(Generator, MeetsItsFiguresOnTheGridOfALargeTree) {
     EXPECT_NEAR(grid_cell(tree), 1.0 / 3, 1e-9);
     EXPECT_GT(grid_cell(tree, coarse), 0.45);  // its smallest radius is 1
     const geometry::TriangleMesh lumen = generate(small_tree(), coarse).lumen;
-    EXPECT_EQ(geometry::topology(lumen).non_manifold_edges, 0);
-    EXPECT_EQ(self_intersections(lumen), 0);
-    EXPECT_GE(smallest_angles(lumen).percentile, 30 * std::numbers::pi / 180);
-    const ImplicitLumen exact(tree, grid_cell(tree));
-    std::vector<double> errors;
-    for (const auto& t : lumen.triangles) {
-        const Vec3 centroid = (lumen.vertices[t[0]] + lumen.vertices[t[1]] + lumen.vertices[t[2]]) / 3;
-        errors.push_back(std::abs(exact.at(centroid).distance));
-    }
-    std::sort(errors.begin(), errors.end());
-    EXPECT_LE(errors[errors.size() * 99 / 100], 0.05);
-    EXPECT_LE(errors.back(), 0.35);
+    expect_figures(lumen, ImplicitLumen(tree, grid_cell(tree)));
 }
 
 TEST(Generator, MakesTheGridOfALargeTreeNoFinerThanItsTriangles) {
@@ -193,22 +192,7 @@ TEST(Generator, JoinsABranchAtBothEnds) {
     // vessel the smooth minimum lies below both.
     const ImplicitLumen& lumen = closed.implicit;
     const SampledBranch& bypass = tree.branches[2];
-    int blended = 0;
-    for (int k = 0; k < 80; ++k) {
-        const Vec3 x = lumen.projected(bypass.points[bypass.entry] +
-                                       2 * Vec3(std::sin(3.1 * k), std::cos(1.7 * k), std::sin(0.9 * k + 1)));
-        const auto value = lumen.at(x);
-        if (std::abs(value.distance) > 1e-6) continue;
-        Vec3 difference;
-        const double h = 1e-5;
-        for (int axis = 0; axis < 3; ++axis) {
-            const Vec3 step = h * Vec3::Unit(axis);
-            difference[axis] = (lumen.at(x + step).distance - lumen.at(x - step).distance) / (2 * h);
-        }
-        EXPECT_LT((difference - value.gradient).norm(), 1e-4) << x.transpose();
-        blended += value.gradient.norm() < 0.999;
-    }
-    EXPECT_GT(blended, 3);
+    EXPECT_GT(blended_with_the_gradient(lumen, bypass.points[bypass.entry], 2, 80), 3);
 
     const Anatomy anatomy = generate(spec);
     EXPECT_EQ(anatomy.ends.size(), 3u);  // none of the bypass
@@ -228,13 +212,6 @@ TEST(Generator, TwoTreesMayMeet) {
     ASSERT_EQ(anatomy.ends.size(), 3u);
     EXPECT_EQ(anatomy.ends[2].opening.name, "right.in");
     EXPECT_EQ(anatomy.ends[2].role, EndRole::Inlet);
-    // From the second inlet to the far target along the vessels, though they have no common root.
-    const VesselPlace from{1, 0, 0}, to{0, anatomy.targets[0].sample, 0};
-    const VesselWays ways(anatomy);
-    const std::optional<double> way = ways.between(from, to);
-    ASSERT_TRUE(way);
-    EXPECT_NEAR(*way, 20.6 + 14, 1);
-    EXPECT_NEAR(*ways.between(to, from), *way, 1e-9);
     // A wire is led from the end of the second tree into the first.
     const geometry::CentrelineTree stations(anatomy.branches, anatomy.openings());
     const int last_of_right = static_cast<int>(stations.stations().size()) - 1;
@@ -242,15 +219,6 @@ TEST(Generator, TwoTreesMayMeet) {
     const int found = stations.locate(anatomy.targets[0].centre, last_of_right);
     EXPECT_EQ(stations.stations()[found].branch, 0);
     EXPECT_NEAR((stations.stations()[found].centre - anatomy.targets[0].centre).norm(), 0, 0.01);
-}
-
-TEST(Generator, TheWayThroughALoopIsTheShorterOne) {
-    const Anatomy anatomy = generate(test::small_loop());
-    const auto last = [&](int b) { return static_cast<int>(anatomy.branches[b].points.size()) - 1; };
-    const VesselWays ways(anatomy);
-    EXPECT_NEAR(*ways.between({0, 0, 0}, {0, last(0), 0}), 30, 0.1);
-    const double round_the_bend = *ways.between({2, last(2) / 2, 0}, {0, last(0), 0});
-    EXPECT_NEAR(round_the_bend, 0.5 * geometry::length_of(anatomy.branches[2].points) + 6, 0.7);
 }
 
 TEST(Generator, GivesTheSameBitsAgainForAnyNumberOfThreads) {

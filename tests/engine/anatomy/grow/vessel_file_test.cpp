@@ -30,9 +30,7 @@ percent = 40
 )";
 
 std::string refusal_of(const std::string& from, const std::string& to) {
-    std::string text = good;
-    text.replace(text.find(from), from.size(), to);
-    return refusal([&] { parse_vessel_file(text, "vessels/x.toml"); });
+    return refusal([&] { parse_vessel_file(test::replaced(good, from, to), "vessels/x.toml"); });
 }
 
 }  // namespace
