@@ -6,8 +6,6 @@
 namespace rivals {
 namespace {
 
-constexpr double safety = 2;  // of the masses over the least that Gershgorin's bound asks for
-
 /// θ/sin θ of a joint with the cosine κ.
 double angle_over_sine(double kappa) {
     const double c = std::clamp(kappa, -1.0 + 1e-9, 1.0), d = 1 - c;
@@ -70,7 +68,7 @@ Progress SpringChain::advance(int rounds) {
     const int n = segments();
     const double l = spec_.segment_length;
     // Gershgorin's bound on the stiffness over four; a node is heavier along the wire than across.
-    const double along = safety * spec_.axial / l;
+    const double along = safety_ * spec_.axial / l;
     for (int round = 0; round < rounds; ++round) {
         std::swap(forces_, old_forces_);
         find_forces();
@@ -78,7 +76,7 @@ Progress SpringChain::advance(int rounds) {
         const auto across_of = [&](int i) {
             const double bends = (i <= 2 ? 6 : 4) * spec_.bending / (l * l * l);
             // Two segments at an angle pull a little across the axis between them.
-            return safety *
+            return safety_ *
                    (bends + 0.25 * (pressed_[i] ? wall_stiffness(i) : 0.0) + 0.002 * spec_.axial / l);
         };
         double damping = 0;

@@ -14,8 +14,9 @@ enum class Damping {
 
 class SpringChain final : public Rival {
 public:
-    SpringChain(const RodSpec& spec, const Tube* tube, Damping damping)
-        : Rival(spec, tube), damping_(damping) {}
+    /// `safety`: of the masses over the least that Gershgorin's bound asks for.
+    SpringChain(const RodSpec& spec, const Tube* tube, Damping damping, double safety = 2)
+        : Rival(spec, tube), damping_(damping), safety_(safety) {}
     void start(const std::vector<Vec3>& nodes) override;
     Progress advance(int rounds) override;
     double energy() const override;
@@ -24,6 +25,7 @@ private:
     void find_forces();
 
     Damping damping_;
+    double safety_;
     std::vector<Vec3> forces_, old_forces_, velocities_, axes_;
     std::vector<char> pressed_;
     double kinetic_ = 0;

@@ -35,6 +35,13 @@ float iodine_at(const ContrastFlow& flow, const Vec3& x) {
     return flow.iodine()[static_cast<std::size_t>(flow.blood().nearest(x))];
 }
 
+/// The place of the first kidney's outlet.
+std::size_t kidney_of(const ContrastFlow& flow) {
+    const auto& outlets = flow.blood().outlets;
+    return static_cast<std::size_t>(
+        std::distance(outlets.begin(), std::ranges::find(outlets, "kidney", &Outlet::organ)));
+}
+
 TEST(ContrastFlow, MixesWithTheBloodThatPasses) {
     ContrastFlow flow(straight_vessel(200, 5), steady(20));
     flow.inject({Vec3(0, 0, -20), 5, 50, 300});

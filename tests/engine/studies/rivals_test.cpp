@@ -132,7 +132,7 @@ TEST(Rivals, ABentBeamUnderAMomentIsACircleOfRadiusEIOverM) {
     const int n = 20;
     const double angle = 2.5;
     spec.moment = Vec3(0, 0, angle * spec.bending / n);
-    BeamRod rod(spec, nullptr, {});
+    BeamRod rod(spec, nullptr);
     rod.start(straight_nodes(n, 1));
     // The beam may turn out of the plane at no cost: there is no strict minimum, so no rest is reported.
     rod.advance(500);
@@ -187,7 +187,7 @@ TEST(Rivals, TheBeamsEnergyNeverRisesAndAllEndAtTheSameRest) {
 
 TEST(Rivals, OneThatDivergesSaysSoAndKeepsFiniteNodes) {
     RodSpec spec;
-    SpringChain chain(spec, &bent_tube(), {Damping::Kinetic, 0.01});
+    SpringChain chain(spec, &bent_tube(), Damping::Kinetic, 0.01);
     auto nodes = centreline_nodes(bent_tube(), 40);
     nodes[20].y() += 0.1;
     chain.start(nodes);
@@ -218,7 +218,7 @@ TEST(Rivals, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
         spec.segment_length /= finer;
         spec.wall_stiffness /= finer;
         spec.axial *= 1e4;
-        BeamRod beam(spec, vessel.tube.get(), {});
+        BeamRod beam(spec, vessel.tube.get());
         beam.start(wire.joints);
         ASSERT_EQ(beam.advance(500), Progress::AtRest);
         double farthest = 0;
