@@ -80,7 +80,8 @@ TEST_P(SegmentStep, TangentAndPrintedFormTakeTheIteratesOfThePapersFourMEquation
         for (int iterations : {1, 2, 3, 6}) {
             const SegmentSolution theirs = oracle(p, iterations);
             for (const bool by_print : {false, true}) {
-                const SegmentSolution ours = by_print ? printed_step(p, iterations) : plain_step(p, iterations);
+                const SegmentSolution ours =
+                    by_print ? printed_step(p, iterations) : plain_step(p, iterations);
                 for (int m = 0; m < GetParam(); ++m) {
                     EXPECT_LT((ours.tangent[m] - theirs.tangent[m]).norm(), 1e-12)
                         << seed << " " << iterations << (by_print ? " printed" : " tangent");

@@ -83,8 +83,7 @@ TEST_F(Png, EveryChunkIsWhatTheSpecificationAsksFor) {
 
 TEST_F(Png, RefusesToReadWhatIsNoPictureOrIsNotThere) {
     std::ofstream(folder / "text.png") << "not a picture";
-    EXPECT_NE(message_of([&] { render::read_png(folder / "text.png"); }).find("text.png"),
-              std::string::npos);
+    EXPECT_NE(message_of([&] { render::read_png(folder / "text.png"); }).find("text.png"), std::string::npos);
     EXPECT_NE(message_of([&] { render::read_png(folder / "none.png"); }).find("No such file"),
               std::string::npos);
 }
