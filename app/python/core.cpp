@@ -22,8 +22,9 @@
 #include "engine/episode/pool.h"
 #include "engine/exercise/score_file.h"
 #include "engine/io/error.h"
-#include "engine/run/picture_file.h"
+#include "engine/io/files.h"
 #include "physics/geometry/vec.h"
+#include "render/picture/png.h"
 
 namespace py = pybind11;
 
@@ -227,8 +228,7 @@ struct Aim {
             if (!centre)
                 throw io::InputError(
                     "target: {} was given; the name of a target, or three finite coordinates in mm, up to "
-                    "10000 in "
-                    "size, is accepted",
+                    "10000 in size, is accepted",
                     std::string(py::repr(target)));
         }
         if (radius && !(*radius >= 0.1 && *radius <= 100))
@@ -717,8 +717,7 @@ public:
                 if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
                 throw io::InputError(
                     "simulation {}: expected motions of its devices alone, or 0, found one of device {}; the "
-                    "scenario "
-                    "has {}",
+                    "scenario has {}",
                     i, there, devices_of(checked_at(i).simulation()));
             }
         }
@@ -976,10 +975,10 @@ void write_png(const std::filesystem::path& path, const py::object& given) {
     std::vector<std::uint8_t> pixels(image.data(), image.data() + image.size());
     if (kind == 'b')
         for (std::uint8_t& pixel : pixels) pixel = pixel != 0 ? 255 : 0;
-    if (colour)
-        run::write_picture(path, render::ColourImage{width, height, std::move(pixels)});
-    else
-        run::write_picture(path, render::GrayImage{width, height, std::move(pixels)});
+    const std::vector<std::uint8_t> bytes =
+        colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
+               : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
+    io::write_whole(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace

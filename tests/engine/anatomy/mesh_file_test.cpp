@@ -9,13 +9,17 @@
 
 namespace anatomy {
 
-struct MeshFile : test::InFolder {
-    /// What is said of a file of this text; empty where it is read.
-    std::string refusal_of(const char* name, const std::string& text) const {
-        test::write(folder / name, text);
-        return test::refusal([&] { load_mesh(folder / name); });
-    }
-};
+namespace {
+
+/// What is said of a file of this text; empty where it is read.
+std::string refusal_of(const test::TemporaryFolder& folder, const char* name, const std::string& text) {
+    test::write(folder / name, text);
+    return test::refusal([&] { load_mesh(folder / name); });
+}
+
+}  // namespace
+
+using MeshFile = test::InFolder;
 
 TEST_F(MeshFile, BinaryStlIsReadAndWelded) {
     const Anatomy tube = test::straight_tube("vessel");
@@ -34,23 +38,24 @@ TEST_F(MeshFile, MissingMeshIsNamed) {
 }
 
 TEST_F(MeshFile, CornersThatAreNotNumbersAreRefused) {
-    EXPECT_NE(refusal_of("vessel.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "");
+    EXPECT_NE(refusal_of(folder, "vessel.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "");
 }
 
 TEST_F(MeshFile, SaysWhatIsReadWhereItIsNot) {
-    test::expect_said(refusal_of("vessel.stp", "ISO-10303-21;"),
+    test::expect_said(refusal_of(folder, "vessel.stp", "ISO-10303-21;"),
                       "'.stp' is not read; an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted");
-    test::expect_said(refusal_of("vessel.vtp", "<VTKFile/>"), "type 'PolyData' is accepted");
-    test::expect_said(refusal_of("text.stl", "dear diary, this is not a mesh"),
+    test::expect_said(refusal_of(folder, "vessel.vtp", "<VTKFile/>"), "type 'PolyData' is accepted");
+    test::expect_said(refusal_of(folder, "text.stl", "dear diary, this is not a mesh"),
                       "from 'solid' to 'endsolid', is accepted");
-    test::expect_said(refusal_of("half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"),
-                      "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
-    EXPECT_NE(refusal_of("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "");
+    test::expect_said(
+        refusal_of(folder, "half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"),
+        "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
+    EXPECT_NE(refusal_of(folder, "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "");
     const char* const header =
         "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n123";
-    EXPECT_NE(refusal_of("half.ply", header), "");
+    EXPECT_NE(refusal_of(folder, "half.ply", header), "");
     write_anatomy(test::straight_tube("vessel"), folder.path(), {});
-    test::expect_said(refusal_of("vessel.stl", test::read(folder / "vessel.stl").substr(0, 50'000)),
+    test::expect_said(refusal_of(folder, "vessel.stl", test::read(folder / "vessel.stl").substr(0, 50'000)),
                       "vessel.stl");
 }
 
@@ -58,7 +63,7 @@ TEST_F(MeshFile, AWrongLineOfATextIsNamed) {
     const std::string stl = test::text_stl(test::tube(2, 6, 6));
     const auto said = [&](const char* name, std::string text, const std::string& from,
                           const std::string& to) {
-        return refusal_of(name, test::replaced(std::move(text), from, to));
+        return refusal_of(folder, name, test::replaced(std::move(text), from, to));
     };
     EXPECT_EQ(said("a.stl", stl, "solid a tube", "SOLID"), "");
     EXPECT_EQ(said("a.stl", stl, "facet normal 0 0 1", "facet normal nan nan nan"), "");
@@ -81,7 +86,7 @@ TEST_F(MeshFile, AWrongLineOfATextIsNamed) {
 TEST_F(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
     const auto said = [&](const std::string& from, const std::string& to) {
         EXPECT_EQ(from.size(), to.size());
-        return refusal_of("a.glb", test::replaced(test::glb(test::tube(2, 6, 6)), from, to));
+        return refusal_of(folder, "a.glb", test::replaced(test::glb(test::tube(2, 6, 6)), from, to));
     };
     EXPECT_EQ(said("99", "98"), "");
     test::expect_said(said("\"children\":[1]", "\"children\":[0]"), "its parents form a circle");
