@@ -28,7 +28,7 @@ constexpr int updates_at_start = 200;
 constexpr int budgets_at_start = 100;  // of those, at most; sheaths that nearly fill their vessel take 30
 /// A part of a motion begins where this times the usual work of one is left, which 19 of 20 do not exceed.
 constexpr double probable_work = 3;
-constexpr double parts_in_mean = 8;
+constexpr double parts_in_mean = 8;  // about a frame's, so that it follows the devices' change of place
 /// A wire that goes through an open end passes within this many of its radii.
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
@@ -334,7 +334,7 @@ int Simulation::updates_left(const StepReport& report) const {
 }
 
 /// Whether the frame has updates left to begin something with, and probably to end it; one that has done
-/// nothing always has.
+/// nothing always has, as has one with more than half of them: a frame is never idle for want of certainty.
 bool Simulation::may_begin(const StepReport& report) const {
     const double probable = std::min(probable_work * usual_work_, 0.5 * scenario_.budget.updates);
     return report.relax.updates == 0 ||

@@ -84,7 +84,7 @@ void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, i
 template <class Terms>
 void NewtonModel::take_grips(const Chain& wire, int first, const Terms& terms_of) {
     assert(first >= 1 && planes_.size() == wire.joints.size());
-    double place = 0;  // needed where devices twist alone
+    double place = 0;  // counts where devices twist by segments alone
     for (int j = 1; j < static_cast<int>(wire.grips.size()); ++j) {
         place += wire.lengths[j];
         if (j < first || !wire.grips[j].holds()) continue;

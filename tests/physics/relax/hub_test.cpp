@@ -84,6 +84,32 @@ TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
     EXPECT_NEAR(wire.inserted_length(), 97.3, 1e-9);
 }
 
+TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
+    const SmoothVessel vessel = smooth_vessel();
+    std::mt19937 random(11);
+    for (int trial = 0; trial < 6; ++trial) {
+        const double lambda = 0.7 + 0.4 * trial;
+        Hub hub({}, vessel.wall);
+        const double start = 2 * lambda + 30;
+        Chain wire = wire_of_length(tipped(lambda), vessel.line, start);
+        hub.settle(wire, all_it_takes);
+        double asked = start;
+        for (int k = 0; k < 60; ++k) {
+            const double mm = 6 * (random() / 4294967296.0) - 2.4;
+            ASSERT_TRUE(feed_at(hub, wire, mm)) << "trial " << trial << ", motion " << k;
+            asked += mm;
+            ASSERT_NEAR(wire.inserted_length(), asked, 1e-9);
+            const Chain fresh = wire_of_length(tipped(lambda), vessel.line, asked);
+            ASSERT_EQ(wire.segments(), fresh.segments()) << "trial " << trial << ", motion " << k;
+            for (int i = 1; i <= wire.segments(); ++i) ASSERT_NEAR(wire.lengths[i], fresh.lengths[i], 1e-9);
+            for (int i = 0; i < wire.segments(); ++i) {
+                ASSERT_NEAR(wire.devices[0].rest[i].angle, fresh.devices[0].rest[i].angle, 1e-9);
+                ASSERT_NEAR(wire.rigidity[i], fresh.rigidity[i], 1e-6 * fresh.rigidity[i]);
+            }
+        }
+    }
+}
+
 TEST(Hub, WithdrawsToTwoSegmentsAndNoFarther) {
     InSmoothVessel at(30);
     auto& [vessel, hub, wire] = at;
