@@ -94,6 +94,18 @@ double mean_turn_after(int cycles, const RelaxerConfig& config) {
 
 }  // namespace
 
+TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
+    RelaxerConfig config;
+    double mean[2];
+    for (const RelaxerKind kind : {RelaxerKind::FirstOrder, RelaxerKind::Segment}) {
+        config.kind = kind;
+        mean[kind == RelaxerKind::Segment] = mean_turn_after(150, config);
+    }
+    RecordProperty("mean_turn",
+                   fmt::format("first order {:.2e}, second order M = 2 {:.2e}", mean[0], mean[1]));
+    EXPECT_LE(mean[1], 1e-5 * mean[0]);
+}
+
 namespace {
 
 RelaxerConfig kind_of(RelaxerKind kind, int varied = 1) {
