@@ -29,21 +29,29 @@ double largest_bend(const Chain& wire, const std::vector<Vec3>& directors) {
     return std::acos(std::max(-1.0, least));
 }
 
-/// Whether two chains are the same at a joint and on the segment distal of it, but for their frames.
-bool same_material(const Chain& a, const Chain& b, int joint) {
+/// Entries from `first` on that two lists have in common, of `most`.
+template <class T>
+int common(const std::vector<T>& a, const std::vector<T>& b, int first, int most) {
+    assert(std::min(a.size(), b.size()) >= static_cast<std::size_t>(first + most));
+    const auto begin = a.begin() + first;
+    return static_cast<int>(std::mismatch(begin, begin + most, b.begin() + first).first - begin);
+}
+
+/// Proximal segments, each with the joint before it, that are made alike in both chains, but for their
+/// frames.
+int same_material(const Chain& a, const Chain& b, int most) {
     assert(a.devices.size() == b.devices.size());
-    if (a.rigidity[joint] != b.rigidity[joint] || a.thickness[joint + 1] != b.thickness[joint + 1])
-        return false;
+    most = common(a.rigidity, b.rigidity, 0, most);
+    most = common(a.thickness, b.thickness, 1, most);
     for (std::size_t k = 0; k < a.devices.size(); ++k) {
         const Device &one = a.devices[k], &other = b.devices[k];
-        if (one.rigidity[joint] != other.rigidity[joint] ||
-            one.rest[joint].angle != other.rest[joint].angle || one.rest[joint].way != other.rest[joint].way)
-            return false;
-        if (!one.wound.empty() && (one.wound[joint + 1] != other.wound[joint + 1] ||
-                                   one.torsion[joint + 1] != other.torsion[joint + 1]))
-            return false;
+        most = common(one.rigidity, other.rigidity, 0, most);
+        most = common(one.rest, other.rest, 0, most);
+        if (one.wound.empty()) continue;
+        most = common(one.wound, other.wound, 1, most);
+        most = common(one.torsion, other.torsion, 1, most);
     }
-    return true;
+    return most;
 }
 
 /// Whether the hubs of two wires are turned alike, or their devices'.
@@ -72,11 +80,9 @@ bool differ_throughout(const Chain& a, const Chain& b) {
 int same_segments(const Chain& a, const Chain& b) {
     if (differ_throughout(a, b)) return 0;
     assert(a.tangents.size() == a.joints.size() && b.tangents.size() == b.joints.size());
-    const int n = a.segments(), both = std::min(n, b.segments());
-    int same = 0;
-    while (same < both && a.tangents[same + 1] == b.tangents[same + 1] &&
-           a.lengths[same + 1] == b.lengths[same + 1] && same_material(a, b, same))
-        ++same;
+    const int n = a.segments();
+    int same = common(a.tangents, b.tangents, 1, std::min(n, b.segments()));
+    same = same_material(a, b, common(a.lengths, b.lengths, 1, same));
     if (!same_turns(a, b)) same = std::min(same, std::max(0, n - a.bent_segments()));
     assert(same >= 0 && same <= n);
     return same;
@@ -84,13 +90,10 @@ int same_segments(const Chain& a, const Chain& b) {
 
 /// Proximal segments whose grips are the same.
 int same_grips(const Chain& a, const Chain& b) {
-    const std::size_t both = std::min(a.grips.size(), b.grips.size());
     if (a.grips.empty() != b.grips.empty()) return 0;
     if (a.grips.empty()) return a.segments();
-    assert(a.grips.size() == a.joints.size());
-    std::size_t same = 1;
-    while (same < both && a.grips[same] == b.grips[same]) ++same;
-    return static_cast<int>(same) - 1;
+    assert(a.grips.size() == a.joints.size() && b.grips.size() == b.joints.size());
+    return common(a.grips, b.grips, 1, std::min(a.segments(), b.segments()));
 }
 
 }  // namespace
@@ -109,7 +112,9 @@ GlobalRelaxer::GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall,
 GlobalRelaxer::Unchanged GlobalRelaxer::unchanged(const Chain& wire) const {
     const int n = wire.segments(), segments = same_segments(wire, end_), grips = same_grips(wire, end_);
     assert(grips >= 0 && grips <= n);
-    return {segments, grips, segments == n && grips == n && n == end_.segments()};
+    return {segments, grips,
+            segments == n && grips == n && n == end_.segments() && wire.stations == end_.stations &&
+                wire.friction_loss == end_.friction_loss};
 }
 
 bool GlobalRelaxer::knows(const Chain& wire) const {
@@ -128,12 +133,10 @@ RelaxReport GlobalRelaxer::move(Chain& wire, HubMotion& motion, const RelaxBudge
 
 /// False where the answer is not known: the wire is not at rest, or not this relaxer's.
 bool GlobalRelaxer::predict_motion(Chain& wire, HubMotion& motion, int most_updates) {
-    const int n = wire.segments();
-    if (!end_report_.converged() || n != end_.segments() || same_segments(wire, end_) < n ||
-        at_.model.stages() != n || contacts_.contacts().size() != wire.joints.size())
+    if (!end_report_.converged() || !unchanged(wire).all || at_.model.stages() != wire.segments())
         return false;
     const Prediction prediction =
-        predict(at_, contacts_, wire, motion, end_report_.push_force, most_updates, options_);
+        predict(at_, contacts_, wire, end_, motion, end_report_.push_force, most_updates, options_);
     assert(prediction.updates >= 0 && prediction.changed >= 0);
     assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
     spent_ = prediction.updates;
@@ -156,8 +159,7 @@ RelaxReport GlobalRelaxer::search(Chain& wire, int most_updates, const UpdateObs
     assert(wire.segments() >= 1 && spent_ >= 0);
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
-    if (same.all && end_report_.converged() && wire.stations == end_.stations)
-        return nothing_to_do(report.updates);
+    if (same.all && end_report_.converged()) return nothing_to_do(report.updates);
     take_up_frames(wire, same.segments);
     const long long asked_before = contacts_.queries();
     Search search{wire, observer, report, take_up(wire, same, std::max(0, most_updates))};

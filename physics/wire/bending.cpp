@@ -70,16 +70,9 @@ void add_torque(const Chain& chain, const std::vector<Vec3>& d, int which, std::
 
 }  // namespace
 
-double joint_energy(double c, const Vec3& rest, const Vec3& next) {
-    assert(c >= 0);
-    const double d = 0.5 * (rest - next).squaredNorm();  // 1 − κ
-    return c / 12 * d * (12 + d);
-}
-
-double joint_energy(const Chain& chain, const std::vector<Vec3>& d, int joint) {
+double bent_joint_energy(const Chain& chain, const std::vector<Vec3>& d, int joint) {
     const Vec3 &u = chain.tangents[joint], &next = chain.tangents[joint + 1];
-    if (chain.straight(joint))
-        return chain.stored[joint] + joint_energy(chain.spring_constant(joint), u, next);
+    assert(!chain.straight(joint) && std::abs(next.squaredNorm() - 1) < 1e-9);
     double energy = chain.stored[joint];
     each_rest(chain, d, joint, [&](double c, const RestBend& rest) {
         energy += joint_energy(c, rest_direction(u, rest), next);

@@ -6,16 +6,27 @@
 /// `directors` are as from physics::directors(); they are not used, and may be empty, where bent_segments()
 /// is 0.
 
+#include <cassert>
+
 #include "physics/wire/chain.h"
 
 namespace physics {
 
 /// U = C/12 (13 − 14 κ + κ²), Eq. 1, of a joint between unit vectors rest and next [N·mm]. Computed from
 /// |rest − next|², because the printed form loses all digits where the wire is nearly straight.
-double joint_energy(double spring_constant, const Vec3& rest, const Vec3& next);
+inline double joint_energy(double spring_constant, const Vec3& rest, const Vec3& next) {
+    assert(spring_constant >= 0);
+    const double d = 0.5 * (rest - next).squaredNorm();  // 1 − κ
+    return spring_constant / 12 * d * (12 + d);
+}
 
 /// Energy of joint i, without couplings [N·mm].
-double joint_energy(const Chain&, const std::vector<Vec3>& directors, int joint);
+double bent_joint_energy(const Chain&, const std::vector<Vec3>& directors, int joint);
+inline double joint_energy(const Chain& chain, const std::vector<Vec3>& directors, int joint) {
+    if (!chain.straight(joint)) return bent_joint_energy(chain, directors, joint);
+    return chain.stored[joint] +
+           joint_energy(chain.spring_constant(joint), chain.tangents[joint], chain.tangents[joint + 1]);
+}
 
 /// Energy, torque on the outer device and curvature of a coupling [N·mm].
 struct CouplingTerms {

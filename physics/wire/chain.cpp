@@ -189,23 +189,17 @@ void assign_torsion(const Chain& chain, Device& device) {
 
 }  // namespace
 
-void assign(Chain& chain) {
-    const int n = chain.segments();
-    assert(!chain.devices.empty() && chain.devices.size() <= most_devices && n >= 1);
-    for (std::vector<double>* list : {&chain.rigidity, &chain.stored, &chain.thickness, &chain.friction})
-        list->assign(n + 1, 0.0);
-    for (Device& device : chain.devices) {
-        device.share.assign(n + 1, 0.0);
-        device.rigidity.assign(n + 1, 0.0);
-        device.rest.assign(n + 1, {});
-    }
-    assign_from(chain, 0);
-}
-
 void assign_from(Chain& chain, int first) {
     const int n = chain.segments();
     const std::size_t devices = chain.devices.size();
-    assert(first >= 0 && first <= n && chain.rigidity.size() == chain.joints.size());
+    assert(devices >= 1 && devices <= most_devices && n >= 1 && first >= 0 && first <= n);
+    for (std::vector<double>* list : {&chain.rigidity, &chain.stored, &chain.thickness, &chain.friction})
+        list->resize(n + 1);
+    for (Device& device : chain.devices) {
+        device.share.resize(n + 1);
+        device.rigidity.resize(n + 1);
+        device.rest.resize(n + 1);
+    }
     std::erase_if(chain.couplings, [&](const Coupling& c) { return c.joint >= first; });
     // A taper is followed in steps of λ, also along coarser segments.
     const double longest = chain.grid.segment_length * (1 + 1e-6);
@@ -535,6 +529,13 @@ double twist_energy(const Chain& chain, int first) {
 
 namespace {
 
+/// A length that is λ but for its rounding is λ.
+double made_whole(const Chain& chain, double length) {
+    const double lambda = chain.grid.segment_length;
+    assert(length > 0);
+    return std::abs(length - lambda) < whole_segment * lambda ? lambda : length;
+}
+
 /// Whether a device is bent at a joint at rest.
 bool bent_at_rest(const Chain& chain, int joint) {
     assert(joint >= 0 && joint <= chain.segments());
@@ -560,8 +561,8 @@ void split_segment(Chain& chain, int i, double share) {
     const double length = chain.lengths[i];
     const Curvature before(chain, i - 1), after(chain, i);
     chain.tangents.insert(chain.tangents.begin() + i + 1, u);
-    chain.lengths[i] = share * length;
-    chain.lengths.insert(chain.lengths.begin() + i + 1, length - share * length);
+    chain.lengths[i] = made_whole(chain, share * length);
+    chain.lengths.insert(chain.lengths.begin() + i + 1, made_whole(chain, length - chain.lengths[i]));
     chain.joints.insert(chain.joints.begin() + i, Vec3::Zero());
     const int station = chain.stations[i - 1];
     chain.stations.insert(chain.stations.begin() + i, station);
@@ -575,7 +576,7 @@ void split_segment(Chain& chain, int i, double share) {
         grip.anchor = chain.grips[i - 1].anchor + share * (chain.grips[i].anchor - chain.grips[i - 1].anchor);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }
-    assign(chain);
+    assign_from(chain, i - 1);
     Vec3 turn = 0.5 * chain.length_of(i) *
                 (bent_at_rest(chain, i) ? before.all + after.all : before.by_load + after.by_load);
     turn -= turn.dot(u) * u;
@@ -592,9 +593,7 @@ void merge_segments(Chain& chain, int i) {
     chain.tangents[i] = chord.normalized();
     chain.tangents.erase(chain.tangents.begin() + i + 1);
     chain.lengths[i] += chain.lengths[i + 1];
-    // A segment made whole of its pieces is as it was before.
-    const double lambda = chain.grid.segment_length;
-    if (std::abs(chain.lengths[i] - lambda) < whole_segment * lambda) chain.lengths[i] = lambda;
+    chain.lengths[i] = made_whole(chain, chain.lengths[i]);
     chain.lengths.erase(chain.lengths.begin() + i + 1);
     for (Device& device : chain.devices)
         if (device.twists_by_segments()) device.wound.erase(device.wound.begin() + i);
@@ -605,7 +604,7 @@ void merge_segments(Chain& chain, int i) {
     chain.joints.erase(chain.joints.begin() + i);
     chain.stations.erase(chain.stations.begin() + i);
     rebuild_joints(chain, i);
-    assign(chain);
+    assign_from(chain, i - 1);
     assert(validate(chain).empty());
 }
 

@@ -138,9 +138,11 @@ Chain uniform_wire(double rigidity, double segment_length, const Vec3& entry, co
 /// k's frame. So joints are second order in λ also where a device ends. The joint is written as a sum over
 /// devices of springs C f_k, f_k = ∫ w EI_k/EI ds / ∫ w ds, about t_k/f_k; what the sum lacks of the whole is
 /// `stored` and `couplings`.
-void assign(Chain&);
-/// The same for the joints from `first` on alone, where nothing proximal of them has changed.
+/// Only the joints from `first` on are made: proximal of them nothing has changed.
 void assign_from(Chain&, int first);
+inline void assign(Chain& chain) {
+    assign_from(chain, 0);
+}
 /// First joint whose share of the devices changes where a device, or every one (-1), is fed.
 int first_fed(const Chain&, int device);
 

@@ -93,6 +93,8 @@ double shaped_length(const DeviceSpec&);
 struct RestTurn {
     double angle = 0, cosine = 1, sine = 0;  // [rad]
     Vec2 way = Vec2::Zero();                 // unit, towards the device's own two directors
+
+    bool operator==(const RestTurn&) const = default;
 };
 
 /// Length from the distal end beyond which a device is straight and uniform [mm].

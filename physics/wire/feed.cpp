@@ -237,8 +237,6 @@ void regrid(Chain& chain) {
         const bool shape = chain.growing() == 1 && tip_inside(chain) < chain.tip_segments;
         const double share = lambda / chain.lengths[grows];
         split_segment(chain, grows, shape ? 1 - share : share);
-        chain.lengths[shape ? grows + 1 : grows] = lambda;
-        assign(chain);  // by the rounded length
         grows += !shape;
     }
     follow_leader(chain);
