@@ -19,6 +19,15 @@ void sleep_for(double seconds) {
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
+bool wait_until(const std::function<bool()>& answer, double seconds) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (!answer()) {
+        if (std::chrono::steady_clock::now() >= end) return false;
+        sleep_for(0.02);
+    }
+    return true;
+}
+
 struct VirtualDisplay::X {
     pid_t server = -1;
     ::Display* display = nullptr;
@@ -43,6 +52,15 @@ struct VirtualDisplay::X {
 
     /// Windows that go away while they are asked cause errors that do not matter.
     static int ignore(::Display*, XErrorEvent*) { return 0; }
+
+    /// `later`: how long the server waits before [s].
+    void send(const std::string& key_name, bool down, double later) const {
+        const KeySym symbol = XStringToKeysym(key_name.c_str());
+        const KeyCode code = symbol == NoSymbol ? 0 : XKeysymToKeycode(display, symbol);
+        if (code == 0) throw std::invalid_argument("no key " + key_name);
+        XTestFakeKeyEvent(display, code, down, static_cast<unsigned long>(1000 * later));
+        XFlush(display);
+    }
 
     ::Window find(const std::string& words) const {
         ::Window root = DefaultRootWindow(display), parent = 0, *children = nullptr;
@@ -84,16 +102,10 @@ VirtualDisplay::VirtualDisplay(int width, int height) : x_(std::make_unique<X>()
 
 VirtualDisplay::~VirtualDisplay() = default;
 
-bool VirtualDisplay::wait_for_title(const std::string& words, double seconds) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-    do {
-        if (const ::Window window = x_->find(words)) {
-            x_->found = window;
-            return true;
-        }
-        sleep_for(0.02);
-    } while (std::chrono::steady_clock::now() < end);
-    return false;
+bool VirtualDisplay::find(const std::string& words) {
+    const ::Window window = x_->find(words);
+    if (window) x_->found = window;
+    return window != 0;
 }
 
 std::string VirtualDisplay::title() {
@@ -102,36 +114,17 @@ std::string VirtualDisplay::title() {
 }
 
 void VirtualDisplay::key(const std::string& key_name, bool down) {
-    const KeySym symbol = XStringToKeysym(key_name.c_str());
-    const KeyCode code = symbol == NoSymbol ? 0 : XKeysymToKeycode(x_->display, symbol);
-    if (code == 0) throw std::invalid_argument("no key " + key_name);
-    XTestFakeKeyEvent(x_->display, code, down, 0);
-    XFlush(x_->display);
+    x_->send(key_name, down, 0);
 }
 
 void VirtualDisplay::tap(const std::string& key_name, double held) {
-    key(key_name, true);
-    sleep_for(held);
-    key(key_name, false);
+    x_->send(key_name, true, 0);
+    x_->send(key_name, false, held);
 }
 
 void VirtualDisplay::move_mouse(int x, int y) {
     XTestFakeMotionEvent(x_->display, -1, x, y, 0);
     XFlush(x_->display);
-}
-
-void VirtualDisplay::button(int number, bool down) {
-    XTestFakeButtonEvent(x_->display, static_cast<unsigned>(number), down, 0);
-    XFlush(x_->display);
-}
-
-void VirtualDisplay::click(int x, int y) {
-    move_mouse(x, y);
-    sleep_for(0.15);
-    button(1, true);
-    sleep_for(0.15);
-    button(1, false);
-    sleep_for(0.15);
 }
 
 void VirtualDisplay::resize(int width, int height) {

@@ -2,6 +2,7 @@
 /// A virtual display without a viewer, and hands for the windows on it: Xvfb, driven through the X server's
 /// own test extension, so that a program meets real events.
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -19,17 +20,17 @@ public:
 
     const std::string& name() const { return name_; }  // ":7", for DISPLAY
 
-    /// Waits for a window whose title holds the words; false after this many seconds.
-    bool wait_for_title(const std::string& words, double seconds);
+    /// Finds a window whose title holds the words; false where there is none.
+    bool find(const std::string& words);
     /// Title of the topmost window that has one; empty when there is none.
     std::string title();
     /// Keys by the X server's names: "Up", "space", "F12", "Shift_L". Throws std::invalid_argument for
     /// others.
     void key(const std::string& name, bool down);
+    /// Returns at once; whatever is asked of the display next waits for the key to be up. `held`: for how
+    /// long the key is down, by the X server's clock [s].
     void tap(const std::string& name, double held = 0.05);
     void move_mouse(int x, int y);
-    void button(int number, bool down);  // 1 left, 4 and 5 the wheel
-    void click(int x, int y);
     /// Resizes the window found last.
     void resize(int width, int height);
     void iconify();
@@ -46,5 +47,7 @@ private:
 };
 
 void sleep_for(double seconds);
+/// Asks until the answer is yes; false after this many seconds.
+bool wait_until(const std::function<bool()>& answer, double seconds);
 
 }  // namespace test
