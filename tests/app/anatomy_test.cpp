@@ -15,9 +15,7 @@ points_mm = [[0, 0, 0, 2], [15, 0, 0, 2], [30, 0, 0, 2]]
 
 void expect_refused(const TemporaryFolder& folder, const std::vector<std::string>& words,
                     const std::string& expected) {
-    std::vector<std::string> all = {"anatomy", "generate"};
-    all.insert(all.end(), words.begin(), words.end());
-    const Outcome result = run(folder, all);
+    const Outcome result = run(folder, test::joined({"anatomy", "generate"}, words));
     EXPECT_EQ(result.code, 2) << result.error;
     test::expect_said(result.error, expected);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/x.stl"));
@@ -32,8 +30,7 @@ TEST_F(AnatomyGenerate, WritesAnAnatomyOnceAndKeepsIt) {
     write(folder / "x.toml", small_tree);
     const std::vector<std::string> words = {"anatomy", "generate", folder / "x.toml", "--out",
                                             folder / "out"};
-    const Outcome first = run(folder, words);
-    EXPECT_EQ(first.code, 0) << first.error;
+    const Outcome first = succeeded(folder, words);
     const std::string json = read(folder / "out/x.anatomy.json"), stl = read(folder / "out/x.stl");
     test::expect_said(json, "main.in");
     EXPECT_EQ(first.out.find("kept"), std::string::npos) << first.out;
@@ -48,9 +45,8 @@ TEST_F(AnatomyGenerate, WritesAnAnatomyOnceAndKeepsIt) {
     EXPECT_EQ(run(folder, words).code, 0);
     EXPECT_EQ(read(folder / "out/x.stl"), stl);
 
-    std::vector<std::string> narrowed = words;
-    narrowed.insert(narrowed.end(), {"--stenosis", "main:15:8:50"});
-    EXPECT_EQ(run(folder, narrowed).out.find("kept"), std::string::npos);
+    EXPECT_EQ(run(folder, test::joined(words, {"--stenosis", "main:15:8:50"})).out.find("kept"),
+              std::string::npos);
     EXPECT_NE(read(folder / "out/x.stl"), stl);
 }
 
@@ -60,8 +56,7 @@ TEST(AnatomyShow, DrawsAPictureOrSaysWhyNot) {
     write(folder / "x.toml", small_tree);
     run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "out"});
     const std::string anatomy = folder / "out/x.anatomy.json", picture = folder / "x.png";
-    const Outcome shown = run(folder, {"anatomy", "show", anatomy, "--out", picture});
-    EXPECT_EQ(shown.code, 0) << shown.error;
+    succeeded(folder, {"anatomy", "show", anatomy, "--out", picture});
     EXPECT_EQ(read(picture).substr(1, 3), "PNG");
     EXPECT_GT(read(picture).size(), 10'000u);
     for (const char* wrong : {"x.jpg", "none/x.png"})
@@ -71,9 +66,8 @@ TEST(AnatomyShow, DrawsAPictureOrSaysWhyNot) {
 }
 
 TEST_F(AnatomyGenerate, SaysWhoThePatientIs) {
-    const Outcome made = run(folder, {"anatomy", "generate", "rca", "--sex", "f", "--age", "71", "--height",
-                                      "158", "--weight", "61", "--out", folder / "out"});
-    EXPECT_EQ(made.code, 0) << made.error;
+    const Outcome made = succeeded(folder, {"anatomy", "generate", "rca", "--sex", "f", "--age", "71",
+                                            "--height", "158", "--weight", "61", "--out", folder / "out"});
     test::expect_said(made.out, "patient: woman of 71 years, 158 cm, 61 kg");
     test::expect_said(read(folder / "out/rca.anatomy.json"),
                       "\"patient\":\"woman of 71 years, 158 cm, 61 kg\"");
@@ -106,18 +100,16 @@ TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     write(folder / "x.toml", small_tree);
     ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
     const Outcome import =
-        run(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet", "0,0,0", "--out",
-                     folder / "out", "--name", "tube", "--name", "LRA.out=30,0,0", "--body", "abdomen",
-                     "--landmark", "0,0,-80", "--scenario", folder / "tube.toml"});
-    EXPECT_EQ(import.code, 0) << import.error;
+        succeeded(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet", "0,0,0",
+                           "--out", folder / "out", "--name", "tube", "--name", "LRA.out=30,0,0", "--body",
+                           "abdomen", "--landmark", "0,0,-80", "--scenario", folder / "tube.toml"});
     test::expect_said(import.out, "found: the inlet is the end at");
     test::expect_said(import.out, "pass  open ends: 2; accepted: 2 or more");
     const auto scenario = import.out.find("schema = 1");
     ASSERT_NE(scenario, std::string::npos) << import.out;
     EXPECT_EQ(import.out.substr(scenario), read(folder / "tube.toml"));
     write(folder / "tube.gw", "0 beam on\n0..19 advance 0.5 mm\n20 end\n");
-    const Outcome check = run(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
-    EXPECT_EQ(check.code, 0) << check.out << check.error;
+    const Outcome check = succeeded(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
     EXPECT_EQ(check.out.find("FAIL"), std::string::npos);
     test::expect_said(check.out, "contrast that leaves by LRA.out shows in a kidney");
     const std::string json = read(folder / "out/tube.anatomy.json");
@@ -127,15 +119,12 @@ TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
                                       "--frames", "none", "--out", folder / "run"});
     EXPECT_LE(used.code, 1) << used.error;
     EXPECT_EQ(used.error.find("outside the image"), std::string::npos) << used.error;
-    const Outcome still = run(folder, {"render", folder / "tube.toml", "--out", folder / "tube.png"});
-    EXPECT_EQ(still.code, 0) << still.error;
+    succeeded(folder, {"render", folder / "tube.toml", "--out", folder / "tube.png"});
 }
 
 TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
-    const auto refused = [&](std::vector<std::string> words, const std::string& expected) {
-        words.insert(words.begin(), {"anatomy", "import"});
-        const Outcome result = run(folder, words);
-        expect_refused(result, expected);
+    const auto refused = [&](const std::vector<std::string>& words, const std::string& expected) {
+        expect_refused(run(folder, test::joined({"anatomy", "import"}, words)), expected);
         EXPECT_FALSE(std::filesystem::exists(folder / "out"));
     };
     write(folder / "x.stl", "not a mesh");
@@ -146,9 +135,8 @@ TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
     write(folder / "x.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     refused({folder / "x.obj", "--unit", "mm", "--out", folder / "out"}, "1 triangle was found");
     const std::vector<std::string> known = {folder / "x.obj", "--unit", "mm", "--out", folder / "out"};
-    const auto with = [&](std::vector<std::string> more, const std::string& expected) {
-        more.insert(more.begin(), known.begin(), known.end());
-        refused(more, expected);
+    const auto with = [&](const std::vector<std::string>& more, const std::string& expected) {
+        refused(test::joined(known, more), expected);
     };
     with({"--axes", "ra"}, "--axes: 'ra' was found; lps or ras is accepted");
     with({"--rotate", "90"}, "AXIS:DEG such as z:90 is accepted");

@@ -11,28 +11,27 @@ namespace {
 using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run,
     test::TemporaryFolder, test::write;
 
-/// Asserts a rejection whose message has `expected` and that left no output folder.
-void expect_refused(const Outcome& result, const TemporaryFolder& folder, const std::string& expected) {
-    EXPECT_EQ(result.code, 2) << result.out;
-    // Lines of progress come before it where the machine is slow.
-    const std::size_t begin = ("\n" + result.error).find("\nseldinger: ");
-    EXPECT_NE(begin, std::string::npos) << result.error;
-    test::expect_said(result.error, expected);
-    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
-}
+struct BadInput : test::InFolder {
+    /// Asserts a rejection whose message has `expected` and that left no output folder.
+    void expect_refused(const std::vector<std::string>& words, const std::string& expected) const {
+        const Outcome result = run(folder, words);
+        EXPECT_EQ(result.code, 2) << result.out;
+        // Lines of progress come before it where the machine is slow.
+        test::expect_said("\n" + result.error, "\nseldinger: ");
+        test::expect_said(result.error, expected);
+        EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+    }
+};
 
 }  // namespace
 
-using BadInput = test::InFolder;
-
 TEST_F(BadInput, UnknownScenarioIsRefusedWithThoseThatShip) {
-    expect_refused(run(folder, {"run", "s_bent", "--commands", good_script, "--out", folder / "out"}), folder,
+    expect_refused({"run", "s_bent", "--commands", good_script, "--out", folder / "out"},
                    "is 's_bend' meant?");
 }
 
 TEST_F(BadInput, MissingCommandFileIsNamed) {
-    expect_refused(run(folder, s_bend_run(folder / "out", {}, folder / "no.gw")), folder,
-                   "no.gw: no such command file");
+    expect_refused(s_bend_run(folder / "out", {}, folder / "no.gw"), "no.gw: no such command file");
 }
 
 TEST_F(BadInput, ScriptsThatCannotBeMadeAreToldWithLineAndColumn) {
@@ -49,7 +48,7 @@ TEST_F(BadInput, ScriptsThatCannotBeMadeAreToldWithLineAndColumn) {
     for (const auto& [script, expected] : cases) {
         SCOPED_TRACE(script);
         write(folder / "x.gw", script);
-        expect_refused(run(folder, s_bend_run(folder / "out", {}, folder / "x.gw")), folder, expected);
+        expect_refused(s_bend_run(folder / "out", {}, folder / "x.gw"), expected);
     }
 }
 
@@ -73,9 +72,8 @@ TEST_F(BadInput, ScenariosThatCannotBeSetUpAreToldWithTheKey) {
         const auto at = toml.find(c.from);
         ASSERT_NE(at, std::string::npos);
         write(folder / "x.toml", toml.replace(at, std::string(c.from).size(), c.to));
-        expect_refused(
-            run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}),
-            folder, c.expected);
+        expect_refused({"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"},
+                       c.expected);
     }
 }
 
@@ -87,9 +85,8 @@ TEST_F(BadInput, MeshesThatAreMissingBrokenOrOpenAreTold) {
     toml.erase(toml.find(grown), grown.size());
     write(folder / "x.toml", "anatomy = \"iliac-renal.anatomy.json\"\n" + toml);
     const auto refused = [&](const std::string& expected) {
-        expect_refused(
-            run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}),
-            folder, expected);
+        expect_refused({"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"},
+                       expected);
     };
     // A binary STL is 80 bytes, a count, and 50 bytes a triangle: one lies twice, another is gone.
     write(stl, bytes.replace(84 + 50 * 30'000, 50, bytes.substr(84, 50)));

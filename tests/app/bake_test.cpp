@@ -31,8 +31,8 @@ using Bake = test::InFolder;
 
 TEST_F(Bake, WhatItGrowsIsWhatSimulationsTake) {
     const std::string cache = folder / "cache";
-    const test::Outcome baked = run(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
-    ASSERT_EQ(baked.code, 0) << baked.error;
+    const test::Outcome baked =
+        succeeded(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
     test::expect_said(baked.out, "2 of 2");
     const auto items = [&cache] {
         std::vector<std::pair<std::string, std::uintmax_t>> found;
@@ -52,16 +52,14 @@ TEST_F(Bake, WhatItGrowsIsWhatSimulationsTake) {
     }
     EXPECT_EQ(items(), kept);
     // Nor does another kind of writer put its own in their places.
-    const test::Outcome again = run(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
-    EXPECT_EQ(again.code, 0) << again.error;
+    const test::Outcome again =
+        succeeded(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
     EXPECT_EQ(again.error.find("body"), std::string::npos) << again.error;
     EXPECT_EQ(items(), kept);
 }
 
 TEST_F(Bake, WithoutBodiesLeavesThemOut) {
-    const test::Outcome baked =
-        run(folder, {"bake", "lca", "--seeds", "3:4", "--without-bodies", "--cache", folder / "cache"});
-    ASSERT_EQ(baked.code, 0) << baked.error;
+    succeeded(folder, {"bake", "lca", "--seeds", "3:4", "--without-bodies", "--cache", folder / "cache"});
     EXPECT_EQ(anatomy::cache_items(folder / "cache").size(), 2u);
 }
 

@@ -13,8 +13,8 @@
 namespace app {
 namespace {
 
-using test::asset, test::expect_refused, test::good_script, test::Outcome, test::read, test::run,
-    test::s_bend_run, test::Started, test::TemporaryFolder, test::write;
+using test::asset, test::expect_refused, test::good_script, test::joined, test::Outcome, test::read,
+    test::run, test::s_bend_run, test::Started, test::TemporaryFolder, test::write;
 
 const char* const clumsy =
     "1 advance 4 mm\n4 beam on\n5..20 advance 4 mm\n21..24 withdraw 4 mm\n25 rotate 40 deg\n26..60 advance 4 "
@@ -28,6 +28,11 @@ std::filesystem::path recorded(const TemporaryFolder& folder, const std::string&
                            folder / (name + ".script.gw")));
     std::filesystem::copy_file(folder / name / "run.gw", folder / (name + ".gw"));
     return folder / (name + ".gw");
+}
+
+/// Puts a recording into the folder of a class.
+void put(const TemporaryFolder& folder, const std::string& file, const std::string& to) {
+    std::filesystem::copy_file(file, folder / ("class/" + to));
 }
 
 /// What headless Chromium makes of a page.
@@ -46,9 +51,7 @@ using DebriefCommand = test::InFolder;
 TEST_F(DebriefCommand, MakesAPageThatABrowserOpensClicksAndPrints) {
     const std::string good = recorded(folder, "good", read(good_script)),
                       bad = recorded(folder, "bad", clumsy);
-    const Outcome made =
-        run(folder, {"debrief", good, bad, "--expert", good_script, "--out", folder / "page"});
-    ASSERT_EQ(made.code, 0) << made.error;
+    succeeded(folder, {"debrief", good, bad, "--expert", good_script, "--out", folder / "page"});
     std::string page = read(folder / "page/debrief.html");
     ASSERT_NE(page.find("data:image/png"), std::string::npos);
 
@@ -119,23 +122,19 @@ TEST_F(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
 
 TEST_F(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
     std::filesystem::create_directories(folder / "class/below");
-    const auto put = [&](const std::string& file, const std::string& to) {
-        std::filesystem::copy_file(file, folder / ("class/" + to));
-    };
     const std::string few = "0 beam on\n2 advance 2 mm\n9 end\n";
-    put(recorded(folder, "a", few), "1.gw");
-    put(recorded(folder, "b", few), "below/2.gw");
-    put(recorded(folder, "c", few, "B/b"), "3.gw");
+    put(folder, recorded(folder, "a", few), "1.gw");
+    put(folder, recorded(folder, "b", few), "below/2.gw");
+    put(folder, recorded(folder, "c", few, "B/b"), "3.gw");
     run(folder, {"run", "straight", "--commands", folder / "a.script.gw", "--out", folder / "d", "--frames",
                  "none", "--learner", "Ada"});
-    put(folder / "d/run.gw", "4.gw");
+    put(folder, folder / "d/run.gw", "4.gw");
     write(folder / "class/script.gw", few);
     write(folder / "class/broken.gw", "recording 3\n0 beam\n");
     std::string free = read(folder / "a.gw");
     free.insert(free.find("learner "), "practice free\n");
     write(folder / "class/free.gw", free);
-    const Outcome made = run(folder, {"debrief", folder / "class", "--no-pictures"});
-    ASSERT_EQ(made.code, 0) << made.error;
+    const Outcome made = succeeded(folder, {"debrief", folder / "class", "--no-pictures"});
     std::set<std::string> pages;
     for (const auto& entry : std::filesystem::directory_iterator(folder / "class"))
         if (entry.path().extension() == ".html") pages.insert(entry.path().filename().string());
@@ -169,9 +168,8 @@ TEST_F(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
         const std::size_t at = text.find(" s_bend\n");
         ASSERT_NE(at, std::string::npos);
         write(folder / "class/2.gw", text.replace(at + 1, 6, hostile));
-        const Outcome made = run(folder, {"debrief", folder / "class", "--no-pictures", "--force",
-                                          "--scenario", "s_bend", "--out", folder / "deep/out"});
-        ASSERT_EQ(made.code, 0) << hostile << "\n" << made.error;
+        succeeded(folder, {"debrief", folder / "class", "--no-pictures", "--force", "--scenario", "s_bend",
+                           "--out", folder / "deep/out"});
         const std::filesystem::path page =
             folder / "deep/out" / ("debrief-" + io::file_name_of(hostile) + ".html");
         EXPECT_TRUE(std::filesystem::is_regular_file(page)) << page;
@@ -185,19 +183,15 @@ using CourseCommand = test::InFolder;
 
 TEST_F(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     std::filesystem::create_directories(folder / "class/below");
-    const auto put = [&](const std::string& file, const std::string& to) {
-        std::filesystem::copy_file(file, folder / ("class/" + to));
-    };
-    put(recorded(folder, "a", clumsy), "1.gw");
-    put(recorded(folder, "b", read(good_script)), "below/2.gw");
-    put(recorded(folder, "c", read(good_script), "<b>Bob</b>"), "3.gw");
+    put(folder, recorded(folder, "a", clumsy), "1.gw");
+    put(folder, recorded(folder, "b", read(good_script)), "below/2.gw");
+    put(folder, recorded(folder, "c", read(good_script), "<b>Bob</b>"), "3.gw");
     write(folder / "class/broken.gw", "recording 3\n0 beam\n");
     std::string changed = read(folder / "b.gw");
     char& digit = changed[changed.find("state 20 ") + 9];
     digit = digit == '0' ? '1' : '0';
     write(folder / "class/changed.gw", changed);
-    const auto made = run(folder, {"course", folder / "class", "--out", folder / "out"});
-    ASSERT_EQ(made.code, 0) << made.error;
+    const auto made = succeeded(folder, {"course", folder / "class", "--out", folder / "out"});
     test::expect_said(made.out, "3 attempts");
     test::expect_said(made.out, "2 files that do not count");
     const std::string csv = read(folder / "out/course.csv"), page = read(folder / "out/course.html");
@@ -235,8 +229,7 @@ TEST_F(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
     std::filesystem::create_directory(folder / "many");
     const std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n"));
     for (int k = 0; k < 10'000; ++k) write(folder / ("many/" + std::to_string(k) + ".gw"), text);
-    const auto made = run(folder, {"course", folder / "many", "--out", folder / "out"});
-    ASSERT_EQ(made.code, 0) << made.error;
+    succeeded(folder, {"course", folder / "many", "--out", folder / "out"});
     const std::string csv = read(folder / "out/course.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 10'001);
 }
@@ -287,10 +280,9 @@ TEST_F(BatchCommand, MergedShardsAreTheBytesOfOneBatch) {
           "images = true\n[[run]]\nscenario = \"s_bend\"\ncommands = \"x.gw\"\n[run.set]\n"
           "\"guidewire.diameter_mm\" = [0.5, 30.0, 0.6]\n");
     const auto batch = [&](const std::string& out, const std::vector<std::string>& more) {
-        std::vector<std::string> arguments = {"batch",   folder / "list.toml", "--out", folder / out,
-                                              "--cache", folder / "cache"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run(folder, arguments);
+        return run(folder,
+                   joined({"batch", folder / "list.toml", "--out", folder / out, "--cache", folder / "cache"},
+                          more));
     };
     EXPECT_EQ(batch("whole", {}).code, 1);  // one of them fails
     const auto expected = bytes_below(folder / "whole");
@@ -369,17 +361,11 @@ struct EndlessBatch {
         for (const char* name : {"a.gw", "b.gw", "c.gw"})
             write(folder / name, "0 beam on\n1..3 advance 2 mm\n12 end\n");
     }
-    std::vector<std::string> with(const std::vector<std::string>& more) const {
-        std::vector<std::string> all = words;
-        all.insert(all.end(), more.begin(), more.end());
-        return all;
-    }
+    std::vector<std::string> with(const std::vector<std::string>& more) const { return joined(words, more); }
     /// Starts it again, ends it by the signal in the midst of the first run, and returns its exit code.
     int ended(const std::string& out, int signal, const std::vector<std::string>& more = {}) const {
         write(folder / "a.gw", "0 beam on\n1..4 advance 2 mm\n1000000 end\n");
-        std::vector<std::string> all = with({"--out", folder / out});
-        all.insert(all.end(), more.begin(), more.end());
-        const Started started(folder, test::command(all));
+        const Started started(folder, test::command(joined(with({"--out", folder / out}), more)));
         // Its old recording ends with frame 12.
         const std::filesystem::path recording = folder / (out + "/000001/run.gw");
         while (read(recording).find("state 20 ") == std::string::npos) std::this_thread::yield();
@@ -490,8 +476,7 @@ TEST_F(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
 
 TEST(ShowCommand, DrawsTheScenario) {
     const TemporaryFolder folder;
-    const auto made = run(folder, {"show", "s_bend", "--out", folder / "x.png", "--cache", folder / "cache"});
-    ASSERT_EQ(made.code, 0) << made.error;
+    succeeded(folder, {"show", "s_bend", "--out", folder / "x.png", "--cache", folder / "cache"});
     EXPECT_GT(render::read_colour_png(folder / "x.png").width, 300);
     expect_refused(run(folder, {"show", "s_bend", "--out", folder / "x.jpg"}), ".png");
 }

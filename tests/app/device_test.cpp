@@ -13,8 +13,7 @@ using test::expect_refused, test::Outcome, test::run, test::TemporaryFolder;
 using DeviceCommand = test::InFolder;
 
 TEST_F(DeviceCommand, ListsWhatShips) {
-    const Outcome list = run(folder, {"list", "devices"});
-    EXPECT_EQ(list.code, 0) << list.error;
+    const Outcome list = succeeded(folder, {"list", "devices"});
     EXPECT_GE(std::count(list.out.begin(), list.out.end(), '\n'), 20);
     for (const char* name : {"glide035", "amplatzSS035", "cobra5f", "simmons2-5f"})
         EXPECT_NE(list.out.find(name), std::string::npos) << name;
@@ -23,8 +22,7 @@ TEST_F(DeviceCommand, ListsWhatShips) {
 
 TEST_F(DeviceCommand, ShowsValuesWithTheirSourcesAndDrawsAPicture) {
     const std::string picture = folder / "cobra.png";
-    const Outcome shown = run(folder, {"device", "show", "cobra5f", "--out", picture});
-    EXPECT_EQ(shown.code, 0) << shown.error;
+    const Outcome shown = succeeded(folder, {"device", "show", "cobra5f", "--out", picture});
     for (const char* words : {"catheter", "5F Cobra C2", "estimate", "Niemczyk", "-60 deg"})
         EXPECT_NE(shown.out.find(words), std::string::npos) << words;
     EXPECT_GT(std::filesystem::file_size(picture), 10'000u);

@@ -89,6 +89,16 @@ inline Started endless_run(const TemporaryFolder& folder, const std::string& out
     return started;
 }
 
+/// What the program says as it does what it is told, with exit code 0.
+inline Outcome succeeded(const TemporaryFolder& folder, const std::vector<std::string>& words,
+                         const std::source_location& where = std::source_location::current()) {
+    const Outcome result = run(folder, words);
+    if (result.code != 0)
+        ADD_FAILURE_AT(where.file_name(), static_cast<int>(where.line()))
+            << "exit code " << result.code << ": " << result.out << result.error;
+    return result;
+}
+
 /// The program refused its input with this in its message.
 inline void expect_refused(const Outcome& result, const std::string& expected,
                            const std::source_location& where = std::source_location::current()) {

@@ -23,9 +23,8 @@ TEST_F(Render, LeavesOneImageOfEachMode) {
     std::vector<std::string> bytes;
     for (const char* mode : {"live", "dsa", "roadmap"}) {
         const std::string file = folder / (std::string(mode) + ".png");
-        const auto result =
-            run(folder, {"render", "s_bend", "--frame", "20", "--lao", "20", "--mode", mode, "--out", file});
-        EXPECT_EQ(result.code, 0) << result.error;
+        succeeded(folder,
+                  {"render", "s_bend", "--frame", "20", "--lao", "20", "--mode", mode, "--out", file});
         EXPECT_GT(render::read_png(file).width, 100);
         bytes.push_back(read(file));
     }
@@ -57,14 +56,12 @@ TEST_F(Render, PatientOfAScenarioAndItsCtLookAlike) {
     write(folder / "ct.toml", body + "[patient]\nct = \"mine.nii.gz\"\n");
     write(folder / "no.gw", "0 beam on\n0 end\n");
     EXPECT_EQ(run(folder, {"render", folder / "ct.toml", "--out", folder / "ct.png"}).code, 2);
-    const auto voxels = run(folder, {"anatomy", "voxelise", folder / "mesh.toml", "--voxel", "2", "--margin",
-                                     "120", "--out", folder / "mine.nii.gz"});
-    EXPECT_EQ(voxels.code, 0) << voxels.error;
+    const auto voxels = succeeded(folder, {"anatomy", "voxelise", folder / "mesh.toml", "--voxel", "2",
+                                           "--margin", "120", "--out", folder / "mine.nii.gz"});
     test::expect_said(voxels.out, "voxels of 2 mm");
     for (const char* name : {"mesh", "ct"}) {
-        const auto image = run(folder, {"render", folder / (std::string(name) + ".toml"), "--commands",
-                                        folder / "no.gw", "--out", folder / (std::string(name) + ".png")});
-        EXPECT_EQ(image.code, 0) << image.error;
+        succeeded(folder, {"render", folder / (std::string(name) + ".toml"), "--commands", folder / "no.gw",
+                           "--out", folder / (std::string(name) + ".png")});
     }
     // Of the same noise: what is left are edges.
     EXPECT_LT(

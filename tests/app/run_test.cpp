@@ -8,25 +8,15 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run, test::Started,
-    test::TemporaryFolder, test::write;
-
-std::vector<std::string> frames_in(const std::filesystem::path& folder) {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "frames")) {
-        names.push_back(entry.path().filename());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
+using test::asset, test::good_script, test::names_in, test::Outcome, test::read, test::run, test::s_bend_run,
+    test::Started, test::TemporaryFolder, test::write;
 
 }  // namespace
 
 using RunCommand = test::InFolder;
 
 TEST_F(RunCommand, ReachesTheTargetAndLeavesItsFiles) {
-    const auto result = run(folder, s_bend_run(folder / "out"));
-    EXPECT_EQ(result.code, 0) << result.error;
+    const auto result = succeeded(folder, s_bend_run(folder / "out"));
     // No progress bar where there is no terminal; lines, should the machine be so slow.
     EXPECT_EQ(result.error.find_first_of("\r\033"), std::string::npos) << result.error;
     const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
@@ -34,15 +24,14 @@ TEST_F(RunCommand, ReachesTheTargetAndLeavesItsFiles) {
     EXPECT_GT(score["completion_time_s"].get<double>(), 0);
     EXPECT_EQ(score["frames"], 41);
     EXPECT_NEAR(score["beam_on_time_s"].get<double>(), 41 / 15.0, 1e-9);
-    EXPECT_EQ(frames_in(folder / "out").size(), 41u);
-    EXPECT_EQ(frames_in(folder / "out").back(), "frame_000040.png");
+    EXPECT_EQ(names_in(folder / "out/frames").size(), 41u);
+    EXPECT_EQ(names_in(folder / "out/frames").back(), "frame_000040.png");
     EXPECT_TRUE(std::filesystem::exists(folder / "out/sheet.png"));
 }
 
 TEST_F(RunCommand, ShippedScriptGoesFromTheGroinToTheAorta) {
-    const auto result = run(folder, {"run", "iliac_aorta", "--commands", asset("scripts/iliac_aorta.gw"),
-                                     "--out", folder / "out", "--frames", "none"});
-    EXPECT_EQ(result.code, 0) << result.error << result.out;
+    succeeded(folder, {"run", "iliac_aorta", "--commands", asset("scripts/iliac_aorta.gw"), "--out",
+                       folder / "out", "--frames", "none"});
     const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
     EXPECT_LT(score["max_penetration_mm"].get<double>(), 0.2);
 }
@@ -58,7 +47,7 @@ TEST_F(RunCommand, TargetNotReachedIsExitCodeOne) {
 
 TEST_F(RunCommand, EveryKthFrameIsWritten) {
     run(folder, s_bend_run(folder / "out", {"--every", "20"}));
-    EXPECT_EQ(frames_in(folder / "out"),
+    EXPECT_EQ(names_in(folder / "out/frames"),
               (std::vector<std::string>{"frame_000000.png", "frame_000020.png", "frame_000040.png"}));
 }
 
@@ -66,7 +55,7 @@ TEST_F(RunCommand, TwiceGivesTheSameBytes) {
     for (const char* out : {"1", "2"}) {
         run(folder, s_bend_run(folder / out, {"--every", "8"}));
     }
-    for (const std::string& name : frames_in(folder / "1")) {
+    for (const std::string& name : names_in(folder / "1/frames")) {
         EXPECT_EQ(read(folder / ("1/frames/" + name)), read(folder / ("2/frames/" + name))) << name;
     }
     EXPECT_FALSE(read(folder / "1/run.gw").empty());
@@ -77,9 +66,8 @@ TEST_F(RunCommand, TwiceGivesTheSameBytes) {
 
 TEST_F(RunCommand, ReplayOfItsRecordingAgreesInStatesAndFrames) {
     run(folder, s_bend_run(folder / "1", {"--every", "10"}));
-    const auto again = run(
+    const auto again = succeeded(
         folder, s_bend_run(folder / "2", {"--every", "10", "--expect", folder / "1"}, folder / "1/run.gw"));
-    EXPECT_EQ(again.code, 0) << again.error;
     test::expect_said(again.out, "5 frames compared, all equal");
 }
 
@@ -132,8 +120,7 @@ TEST_F(RunCommand, KilledProgramLeavesARecordingThatReplays) {
 
 TEST(List, NamesTheShippedScenariosOneALine) {
     const TemporaryFolder folder;
-    const auto result = run(folder, {"list"});
-    EXPECT_EQ(result.code, 0) << result.error;
+    const auto result = succeeded(folder, {"list"});
     test::expect_said(result.out, "s_bend ");
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(asset("scenarios"))) {

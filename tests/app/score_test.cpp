@@ -10,9 +10,7 @@ using test::asset, test::expect_refused, test::good_script, test::read, test::re
 
 /// A recording of the S-bend's solution.
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& learner = "") {
-    std::vector<std::string> words = s_bend_run(folder / "out", {"--frames", "none"});
-    if (!learner.empty()) words.insert(words.end(), {"--learner", learner});
-    EXPECT_EQ(run(folder, words).code, 0);
+    succeeded(folder, s_bend_run(folder / "out", {"--frames", "none", "--learner", learner}));
     return folder / "out/run.gw";
 }
 
@@ -22,8 +20,7 @@ using ScoreCommand = test::InFolder;
 
 TEST_F(ScoreCommand, ComputesTheRunsOwnScoreFromTheRecordingAlone) {
     const std::string file = recorded(folder, "Ada <b>");
-    const auto result = run(folder, {"score", file, "--out", folder / "score.json"});
-    EXPECT_EQ(result.code, 0) << result.error;
+    const auto result = succeeded(folder, {"score", file, "--out", folder / "score.json"});
     test::expect_said(result.out, "by Ada <b>");
     test::expect_said(result.out, "all equal");
     EXPECT_EQ(read(folder / "score.json"), read(folder / "out/score.json"));
@@ -76,8 +73,7 @@ TEST_F(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
     write(folder / "s_bend.toml",
           "# A comment.\n" + replaced(replaced(toml, "title = \"", "title = \"Another: "), "hints = [",
                                       "hints = [\"Push.\", "));
-    const auto same = run(folder, {"score", file, "--scenario", changed});
-    EXPECT_EQ(same.code, 0) << same.error;
+    const auto same = succeeded(folder, {"score", file, "--scenario", changed});
     test::expect_said(same.out, "Points");
     // Another tube.
     write(folder / "s_bend.toml", replaced(toml, "run_mm = 50.0", "run_mm = 51.0"));
@@ -96,8 +92,7 @@ TEST_F(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {
 
 TEST(ListCommand, DescribesAScenario) {
     const TemporaryFolder folder;
-    const auto result = run(folder, {"list", "s_bend", "--cache", folder / "cache"});
-    EXPECT_EQ(result.code, 0) << result.error;
+    const auto result = succeeded(folder, {"list", "s_bend", "--cache", folder / "cache"});
     for (const char* word : {"S-bend", "target", "start", "wire", "wall", "end", "branch"})
         EXPECT_NE(result.out.find(word), std::string::npos) << word << "\n" << result.out;
     expect_refused(run(folder, {"list", "s_bent"}), "s_bend");

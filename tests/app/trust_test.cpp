@@ -144,11 +144,11 @@ TEST_F(Trust, WrongCommandsAndOptionsAreRefusedBeforeVesselsAreMade) {
 
 TEST_F(Trust, InjectionIntoNoBranchIsRefusedBeforeTheFieldIsMade) {
     write(folder / "x.gw", "3 inject 5 ml at 5 ml/s into nowhere\n");
-    const Outcome result =
+    expect_refused(
         at_home(folder, s_bend_run(folder / "out",
                                    {"--cache", folder / "cache", "--set", "wall.model=\"distance-field\""},
-                                   folder / "x.gw"));
-    expect_refused(result, "contrast cannot go into 'nowhere'");
+                                   folder / "x.gw")),
+        "contrast cannot go into 'nowhere'");
     EXPECT_EQ(files_below(folder / "cache"), Words());
 }
 
@@ -338,8 +338,7 @@ TEST_F(Trust, TextOfFilesIsPrintedWithoutControlCharacters) {
     toml.insert(title, "a\\u001b[2Jb\\u0007\\u009b1m");
     const std::filesystem::path scenario = folder / "e\x1b[2Jsc\a.toml";
     write(scenario, toml);
-    const Outcome listed = run(folder, {"list", scenario});
-    EXPECT_EQ(listed.code, 0) << listed.error;
+    const Outcome listed = succeeded(folder, {"list", scenario});
     test::expect_said(listed.out, "a?[2Jb?");
     EXPECT_TRUE(plain(listed));
     const Outcome made = run(folder, {"run", scenario, "--commands", good_script, "--out",
@@ -355,8 +354,7 @@ TEST_F(Trust, TextOfFilesIsPrintedWithoutControlCharacters) {
     std::string device = read(asset("devices/rosen035.toml"));
     device.insert(device.find("title = \"") + 9, "x\\u001b[2J\\u0007");
     write(folder / "dev.toml", device);
-    const Outcome shown = run(folder, {"device", "show", folder / "dev.toml"});
-    EXPECT_EQ(shown.code, 0) << shown.error;
+    const Outcome shown = succeeded(folder, {"device", "show", folder / "dev.toml"});
     test::expect_said(shown.out, "x?[2J?");
     EXPECT_TRUE(plain(shown));
 }
@@ -385,8 +383,8 @@ TEST_F(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
     const TemporaryFolder other;
     const Started first = test::endless_run(folder, "out", 10);
     const std::string before = read(folder / "out/run.gw");
-    const Outcome second = run(other, s_bend_run(folder / "out", {"--frames", "none"}));
-    expect_refused(second, "process " + std::to_string(first.process()) + " is writing to this folder");
+    expect_refused(run(other, s_bend_run(folder / "out", {"--frames", "none"})),
+                   "process " + std::to_string(first.process()) + " is writing to this folder");
     EXPECT_TRUE(read(folder / "out/run.gw").starts_with(before));
     // A batch, a course and a page into it are refused too.
     write(folder / "list.toml",
@@ -402,13 +400,8 @@ TEST_F(Trust, AKilledRunLocksNobodyOut) {
     const Started first = test::endless_run(folder, "out", 10);
     first.signal(SIGKILL);
     first.wait();
-    const Outcome second = run(folder, s_bend_run(folder / "out", {"--frames", "none"}));
-    EXPECT_EQ(second.code, 0) << second.error;
-    Words left;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))
-        left.push_back(entry.path().filename());
-    std::sort(left.begin(), left.end());
-    EXPECT_EQ(left, (Words{"run.gw", "score.json"}));
+    succeeded(folder, s_bend_run(folder / "out", {"--frames", "none"}));
+    EXPECT_EQ(test::names_in(folder / "out"), (Words{"run.gw", "score.json"}));
 }
 
 TEST_F(Trust, NoOutputReplacesAnInputOrAnotherOutput) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Fixtures that several engine tests share.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include <sstream>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 #include "engine/scenario/scenario.h"
 
@@ -47,12 +49,12 @@ inline std::filesystem::path asset(const std::string& name) {
     return std::filesystem::path(SELDINGER_SOURCE) / "assets" / name;
 }
 
-/// The message of the InputError that `call` throws; empty when it throws nothing.
-template <class Call>
+/// The message of the Error that `call` throws; empty when it throws nothing.
+template <class Error = io::InputError, class Call>
 std::string refusal(Call&& call) {
     try {
         call();
-    } catch (const io::InputError& error) {
+    } catch (const Error& error) {
         return error.what();
     }
     return "";
@@ -65,6 +67,22 @@ inline void expect_said(const std::string& said, const std::string& expected,
         ADD_FAILURE_AT(where.file_name(), static_cast<int>(where.line()))
             << "expected '" << expected << "', found:\n"
             << said;
+}
+
+/// Holds that `call` throws an Error whose message has `expected` in it.
+template <class Error = io::InputError, class Call>
+void expect_refusal(Call&& call, const std::string& expected,
+                    const std::source_location& where = std::source_location::current()) {
+    expect_said(refusal<Error>(call), expected, where);
+}
+
+/// Names of what is in a folder, sorted.
+inline std::vector<std::string> names_in(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
 }
 
 /// A test with a folder of its own.
