@@ -28,11 +28,7 @@ const render::LumenContrast& iliac_renal_contrast() {
 
 /// As of the renal scenario.
 render::CArm arm_of(int pixels) {
-    render::CArm arm;
-    arm.isocentre = Vec3(0, 0, -10);
-    arm.detector_width = 400;
-    arm.pixels = pixels;
-    return arm;
+    return {.isocentre = Vec3(0, 0, -10), .detector_width = 400, .pixels = pixels};
 }
 
 void contrast_matrix(benchmark::State& state) {

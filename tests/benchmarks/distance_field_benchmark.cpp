@@ -7,6 +7,7 @@
 #include "engine/studies/plain_wire.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wire/chain.h"
+#include "render/patient/solids.h"
 #include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
@@ -15,20 +16,9 @@ using namespace physics;
 
 namespace {
 
-/// Each triangle cut into four, `times` times over, at the middles of its edges: the same surface.
-TriangleMesh subdivided(TriangleMesh mesh, int times) {
-    for (; times > 0; --times) {
-        TriangleMesh fine;
-        for (const auto& t : mesh.triangles) {
-            const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-            const int n = static_cast<int>(fine.vertices.size());
-            // Sums of two numbers are the same either way round: the field welds what meets.
-            fine.vertices.insert(fine.vertices.end(), {a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)});
-            for (const auto& corner : {std::array{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}})
-                fine.triangles.push_back({n + corner[0], n + corner[1], n + corner[2]});
-        }
-        mesh = std::move(fine);
-    }
+/// Each triangle cut into four, `times` times over.
+TriangleMesh subdivided(TriangleMesh mesh, long times) {
+    for (; times > 0; --times) mesh = render::subdivided(mesh);
     return mesh;
 }
 
@@ -41,7 +31,7 @@ void wall_query_by_field(benchmark::State& state) {
 BENCHMARK(wall_query_by_field)->ArgName("motion_um")->Arg(300)->Arg(10);
 
 void make_field(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, state.range(0));
     for (auto _ : state) {
         const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
                                  0.44, {.threads = static_cast<int>(state.range(1))});
@@ -86,7 +76,7 @@ BENCHMARK(global_push_in_a_mesh)
 
 /// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
 void global_push_in_the_iliac_artery(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, state.range(0));
     const anatomy::EntryPath entry = anatomy::path_from(
         test::iliac_renal(), *anatomy::find_end(test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
     const studies::PlainWire spec;

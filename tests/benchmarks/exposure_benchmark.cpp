@@ -43,9 +43,7 @@ render::Fluoroscope make_fluoroscope() {
 }
 
 render::CArm arm_of(int pixels) {
-    render::CArm arm;
-    arm.pixels = pixels;
-    return arm;
+    return render::CArm{.pixels = pixels};
 }
 
 /// Pixels along a side, threads. The images do not depend on the threads.

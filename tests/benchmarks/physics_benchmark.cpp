@@ -23,14 +23,21 @@ using namespace physics;
 
 namespace {
 
+/// The path of `spatial` over and over, longer than this [mm].
+Polyline long_way(double length) {
+    std::vector<anatomy::PenMove> path;
+    while (anatomy::length(path) < length) {
+        const auto& piece = anatomy::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    return anatomy::draw(path);
+}
+
 /// One whole cycle, ½N(N+1) updates, at N = 200 on sinuous: the start of the way from the centreline.
 void one_cycle(benchmark::State& state) {
     const int varied = static_cast<int>(state.range(0));
     auto [wall, start] = scene_setup("sinuous");
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
-    config.varied_segments = varied;
-    config.safeguard = state.range(1) != 0;
+    const RelaxerConfig config = segment_config(varied, state.range(1) != 0);
     long long queries = 0, updates = 0;
     for (auto _ : state) {
         Chain wire = start;
@@ -54,20 +61,13 @@ BENCHMARK(one_cycle)
 /// planes, once a sweep.
 void forms_of_the_segment_method(benchmark::State& state) {
     const int segments = static_cast<int>(state.range(0));
-    std::vector<anatomy::PenMove> path;
-    while (anatomy::length(path) < segments + 10) {
-        const auto& piece = anatomy::find_scene("spatial")->path;
-        path.insert(path.end(), piece.begin(), piece.end());
-    }
-    const Polyline line = anatomy::draw(path);
+    const Polyline line = long_way(segments + 10);
     const anatomy::Anatomy tube = anatomy::tube_anatomy("tube", line, 2.0);
     const MeshWall mesh(tube.lumen, tube.branches, tube.openings(), 42.0);
     const test::AskAlways always(mesh);
     const Chain scene = scene_setup("spatial").wire;
     const Chain start = physics::wire_along(scene.devices[0].spec, scene.grid, line, segments);
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
-    config.safeguard = false;
+    RelaxerConfig config = segment_config(2, false);
     config.stored_planes = state.range(1) == 2;
     const LumenWall& wall = state.range(1) == 0 ? static_cast<const LumenWall&>(always) : mesh;
     RelaxReport report;
@@ -102,18 +102,12 @@ void wall_query_of_a_tube(benchmark::State& state) {
 }
 BENCHMARK(wall_query_of_a_tube);
 
-RelaxerConfig global_config() {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Global;
-    return config;
-}
-constexpr RelaxBudget unlimited{1'000'000'000, 0, 0};
 constexpr const char* tubes[] = {"sinuous", "spatial", "hairpin", "stiffwall"};
 
 /// From the centreline to |g|/C ≤ 1e-8 with the certificate.
 void global_cold_start(benchmark::State& state) {
     auto [wall, start] = scene_setup(tubes[state.range(0)]);
-    const auto relaxer = make_relaxer(global_config(), wall);
+    const auto relaxer = global_relaxer(wall);
     RelaxReport report;
     for (auto _ : state) {
         Chain wire = start;
@@ -140,19 +134,10 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-struct LongWire {
-    TubeWall wall;
-    Chain wire;
-};
 /// The vessel of `spatial` over and over, its wall as stiff per length for every λ.
-LongWire long_wire(int segments, double segment_length) {
-    std::vector<anatomy::PenMove> path;
-    while (anatomy::length(path) < segment_length * (segments + 100)) {
-        const auto& piece = anatomy::find_scene("spatial")->path;
-        path.insert(path.end(), piece.begin(), piece.end());
-    }
+SceneSetup long_wire(int segments, double segment_length) {
     const auto spec = studies::PlainWire::uniform(50, segment_length);
-    const Polyline line = anatomy::draw(path);
+    const Polyline line = long_way(segment_length * (segments + 100));
     return {TubeWall(line, 2.0, 42 * segment_length), wire_along(spec, line, segments)};
 }
 
@@ -165,7 +150,7 @@ LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     auto scene = long_wire(segments, segment_length);
     const LumenWall& wall = scene.wall;
     Chain& wire = scene.wire;
-    auto relaxer = make_relaxer(global_config(), wall);
+    auto relaxer = global_relaxer(wall);
     RelaxReport report;
     auto time = [&] {
         const auto before = std::clock();
@@ -177,7 +162,7 @@ LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     std::vector<double> pushes, windows, steps;
     for (double pushed = 0; pushed < 20; pushed += segment_length) {
         move(wire, wire.grid.segment_length);
-        if (!remembers) relaxer = make_relaxer(global_config(), wall);
+        if (!remembers) relaxer = global_relaxer(wall);
         pushes.push_back(time());
         windows.push_back(report.window);
         steps.push_back(static_cast<double>(report.updates) / wire.segments());

@@ -188,8 +188,8 @@ constexpr double clear = 10;  // contrast of a wire that an image shows [grey le
 TEST_P(Frames, EqualTheirGoldens) {
     fs::create_directories(output);
     run::RunOptions options;
-    options.cache = test::cache();
     options.truth = true;
+    options.cache = test::cache();
     run::run_headless(scenario, script, output, options);
 
     for (const int frame : golden_frames) {

@@ -20,8 +20,7 @@ Chain hanging(RelaxerKind kind, int segments, double weight, EndCells ends) {
                               std::vector<Vec3>(segments, Vec3::UnitX()), ends);
     wire.load = Vec3(0, 0, -weight);
     const TubeWall wall({{-50, 0, 0}, {60, 0, 0}}, 60.0, 40);
-    RelaxerConfig config;
-    config.kind = kind;
+    RelaxerConfig config = of_kind(kind);
     config.varied_segments = 1;
     config.tolerance = 1e-11;  // C times 1e-8 turns the tip of 200 segments by as much as λ does
     const RelaxReport report = make_relaxer(config, wall)->relax(wire, {2'000'000, 0, 0});
@@ -113,9 +112,7 @@ TEST(LoadedWire, PressesOnAWallAsTheElasticaDoes) {
 TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {
     const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 40, 0.44);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.tip_length = 20;
+    studies::PlainWire spec{.segment_length = 2, .tip_length = 20};
     Chain unloaded = wire_along(spec, line, 40), wire = unloaded;
     wire.load = Vec3(0.005, 0.01, -0.02);
     Chain other = wire;

@@ -17,12 +17,11 @@
 
 /// A wire of uneven shape, with a curved tip where `curved_angle` is not zero.
 inline physics::Chain bent_wire(int segments, double curved_angle, unsigned seed = 7) {
-    studies::PlainWire spec;
-    spec.segment_length = 1.5;
-    spec.tip_length = 9;
-    spec.transition_length = 15;
-    spec.curved_length = curved_angle == 0 ? 0 : 9;
-    spec.curved_angle = curved_angle;
+    studies::PlainWire spec{.segment_length = 1.5,
+                            .tip_length = 9,
+                            .transition_length = 15,
+                            .curved_length = curved_angle == 0 ? 0.0 : 9.0,
+                            .curved_angle = curved_angle};
     auto wire = straight_wire(spec, {1, -2, 3}, {0.3, 0.2, 1}, segments);
     std::mt19937 random(seed);
     for (int i = 1; i <= segments; ++i) {
@@ -76,17 +75,21 @@ inline SceneSetup long_scene(int segments) {
 
 constexpr physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
 
-inline std::unique_ptr<physics::Relaxer> global_relaxer(const physics::LumenWall& wall) {
+/// A relaxer's settings: the method of this kind, by so many segments where it varies some.
+inline physics::RelaxerConfig of_kind(physics::RelaxerKind kind, int varied = 2) {
     physics::RelaxerConfig config;
-    config.kind = physics::RelaxerKind::Global;
-    return physics::make_relaxer(config, wall);
+    config.kind = kind;
+    config.varied_segments = varied;
+    return config;
+}
+
+inline std::unique_ptr<physics::Relaxer> global_relaxer(const physics::LumenWall& wall) {
+    return physics::make_relaxer(of_kind(physics::RelaxerKind::Global), wall);
 }
 
 /// The paper's own method to second order, by so many segments.
 inline physics::RelaxerConfig segment_config(int varied = 2, bool safeguard = true) {
-    physics::RelaxerConfig config;
-    config.kind = physics::RelaxerKind::Segment;
-    config.varied_segments = varied;
+    physics::RelaxerConfig config = of_kind(physics::RelaxerKind::Segment, varied);
     config.safeguard = safeguard;
     return config;
 }
@@ -113,6 +116,11 @@ inline double farthest_apart(const physics::Chain& a, const physics::Chain& b) {
     return farthest;
 }
 
+/// Which of the minima is nearest to an energy.
+inline double nearest(double energy, const std::vector<double>& minima) {
+    return *std::ranges::min_element(minima, {}, [&](double m) { return std::abs(energy - m); });
+}
+
 /// The wall's answer at one place [mm] for a joint held by that station.
 inline physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x, int station = -1) {
     physics::WallContact c;
@@ -135,13 +143,11 @@ inline double mean_turn(physics::Relaxer& relaxer, physics::Chain& wire) {
 
 /// A wire with a soft tip, which is curved where `angle` [rad] is not zero.
 inline studies::PlainWire tipped(double lambda, double angle = 0.8) {
-    studies::PlainWire spec;
-    spec.segment_length = lambda;
-    spec.tip_length = 12;
-    spec.transition_length = 30;
-    spec.curved_length = 8;
-    spec.curved_angle = angle;
-    return spec;
+    return studies::PlainWire{.segment_length = lambda,
+                              .tip_length = 12,
+                              .transition_length = 30,
+                              .curved_length = 8,
+                              .curved_angle = angle};
 }
 
 /// Bends in three planes, with a wall whose push begins smoothly.

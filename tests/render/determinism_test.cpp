@@ -50,11 +50,7 @@ Polyline bent_wire() {
 }
 
 render::CArm pinned_arm() {
-    render::CArm arm;
-    arm.lao = 0.25;
-    arm.pixels = 96;
-    arm.detector_width = 120.0;
-    return arm;
+    return render::CArm{.lao = 0.25, .detector_width = 120.0, .pixels = 96};
 }
 
 std::vector<render::TissueLayer> pinned_phantom() {
@@ -72,8 +68,7 @@ std::string picture_hashes() {
     const int mesh = renderer.add(render::ellipsoid(Vec3(5, 3, -8), Vec3(40, 20, 30), 60));
     const Field length = renderer.render(mesh, pinned_arm()).length;
     render::Fluoroscope scope({}, pinned_phantom());
-    render::Exposure exposure;
-    exposure.iodine = 60.0;
+    render::Exposure exposure{.iodine = 60.0};
     const GrayImage frame = scope.expose(pinned_arm(), bent_wire(), exposure);
     render::PanelSpec spec;
     spec.width = 640;

@@ -51,12 +51,6 @@ Course course(const char* scene, int cycles) {
     return result;
 }
 
-double nearest(double energy, const std::vector<double>& minima) {
-    double best = 1e9;
-    for (double m : minima) best = std::abs(energy - m) < std::abs(energy - best) ? m : best;
-    return best;
-}
-
 }  // namespace
 
 // Reference minima, found by three independent solvers; they are listed to the digits given here.
@@ -106,21 +100,10 @@ TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
     EXPECT_LE(mean[1], 1e-5 * mean[0]);
 }
 
-namespace {
-
-RelaxerConfig kind_of(RelaxerKind kind, int varied = 1) {
-    RelaxerConfig config;
-    config.kind = kind;
-    config.varied_segments = varied;
-    return config;
-}
-
-}  // namespace
-
 TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
     // Section 3.3, cases (a) to (e).
     RelaxerConfig cases[5];
-    for (RelaxerConfig& c : cases) c = kind_of(RelaxerKind::Segment), c.safeguard = false;
+    for (RelaxerConfig& c : cases) c = of_kind(RelaxerKind::Segment, 1), c.safeguard = false;
     cases[1].kind = RelaxerKind::FirstOrder;
     cases[2].bending_curvature = false;
     cases[3].wall_curvature = false;
@@ -141,7 +124,7 @@ TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
         {"hairpin", {13.4646, 13.4661, 13.4681, 13.4716}}};
     for (const auto& [scene, minima] : listed) {
         auto [wall, wire] = scene_setup(scene);
-        RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
+        RelaxerConfig config = of_kind(RelaxerKind::Segment, 2);
         config.stored_planes = true;
         const RelaxReport report =
             make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), 300));
@@ -156,9 +139,9 @@ TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
 }
 
 TEST(PaperRelaxer, KoningsAndTheCombinationSettleInTheHairpinAtListedMinima) {
-    for (const auto& [config, cycles] : {std::pair{kind_of(RelaxerKind::Konings), 300},
-                                         {kind_of(RelaxerKind::Combined, 1), 300},
-                                         {kind_of(RelaxerKind::Combined, 2), 150}}) {
+    for (const auto& [config, cycles] : {std::pair{of_kind(RelaxerKind::Konings, 1), 300},
+                                         {of_kind(RelaxerKind::Combined, 1), 300},
+                                         {of_kind(RelaxerKind::Combined, 2), 150}}) {
         auto [wall, wire] = scene_setup("hairpin");
         make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), cycles));
         const double energy = energy_of(wire, wall);
@@ -179,7 +162,7 @@ TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
     double seconds[2], energy[2];
     for (const bool stored : {false, true}) {
         Chain wire = start;
-        RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
+        RelaxerConfig config = of_kind(RelaxerKind::Segment, 2);
         config.safeguard = false;
         config.stored_planes = stored;
         const std::clock_t before = std::clock();

@@ -57,6 +57,12 @@ TubeWall free_space() {
     return TubeWall({{-500, 0, 0}, {1500, 0, 0}}, 900, 5, 0.4);
 }
 
+/// The chain as it comes to rest in the vessel.
+Chain at_rest(Chain wire, const LumenWall& wall) {
+    EXPECT_TRUE(Hub({}, wall).settle(wire, plenty).relax.converged());
+    return wire;
+}
+
 TubeWall bent_vessel(double radius = 4.0) {
     using anatomy::Arc, anatomy::Run;
     return TubeWall(
@@ -87,16 +93,13 @@ TEST(Coaxial, TwoPrecurvedRodsBendByTheVectorSumOfTheirMoments) {
 
 TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
     const TubeWall wall = bent_vessel();
-    Chain both = chain_along({on_chain(rod(60), 180), on_chain(rod(140), 180)}, {2}, wall.centreline());
-    Chain one = chain_along({on_chain(rod(200), 180)}, {2}, wall.centreline());
-    Hub a({}, wall), b({}, wall);
-    ASSERT_TRUE(a.settle(both, plenty).relax.converged());
-    ASSERT_TRUE(b.settle(one, plenty).relax.converged());
+    const Chain both =
+        at_rest(chain_along({on_chain(rod(60), 180), on_chain(rod(140), 180)}, {2}, wall.centreline()), wall);
+    const Chain one = at_rest(chain_along({on_chain(rod(200), 180)}, {2}, wall.centreline()), wall);
     for (int j = 0; j <= both.segments(); ++j) EXPECT_LT((both.joints[j] - one.joints[j]).norm(), 1e-9) << j;
     // And a wire without shape alone is one device.
-    Chain wire = studies::wire_of_length(studies::PlainWire::uniform(200, 2), wall.centreline(), 180);
-    Hub c({}, wall);
-    ASSERT_TRUE(c.settle(wire, plenty).relax.converged());
+    const Chain wire =
+        at_rest(studies::wire_of_length(studies::PlainWire::uniform(200, 2), wall.centreline(), 180), wall);
     for (int j = 0; j <= wire.segments(); ++j) EXPECT_LT((wire.joints[j] - one.joints[j]).norm(), 1e-9) << j;
 }
 
@@ -108,11 +111,9 @@ TEST(Coaxial, ACatheterWithoutStiffnessLeavesTheWireAlone) {
     soft.inner_diameter = 0;
     DeviceSpec inner = angled_wire();
     inner.outer_diameter = 0.9;
-    Chain with = chain_along({on_chain(inner, 190), on_chain(soft, 150)}, {2}, wall.centreline());
-    Chain without = chain_along({on_chain(inner, 190)}, {2}, wall.centreline());
-    Hub a({}, wall), b({}, wall);
-    ASSERT_TRUE(a.settle(with, plenty).relax.converged());
-    ASSERT_TRUE(b.settle(without, plenty).relax.converged());
+    const Chain with =
+        at_rest(chain_along({on_chain(inner, 190), on_chain(soft, 150)}, {2}, wall.centreline()), wall);
+    const Chain without = at_rest(chain_along({on_chain(inner, 190)}, {2}, wall.centreline()), wall);
     for (int j = 0; j <= with.segments(); ++j)
         EXPECT_LT((with.joints[j] - without.joints[j]).norm(), 1e-4) << j;
 }

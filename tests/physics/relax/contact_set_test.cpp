@@ -13,9 +13,11 @@ void turn_some(Chain& wire, int i, double by) {
     rebuild_joints(wire, i);
 }
 
-/// Shifts the distal part of the wire by about 2 mm, through the wall.
-void press_aside(Chain& wire) {
-    for (int i = 10; i < 30; ++i) turn_some(wire, i, 0.1);
+/// A scene with the distal part of its wire shifted by about 2 mm, through the wall.
+SceneSetup pressed_aside(const char* name) {
+    SceneSetup scene = scene_setup(name);
+    for (int i = 10; i < 30; ++i) turn_some(scene.wire, i, 0.1);
+    return scene;
 }
 }  // namespace
 
@@ -42,8 +44,7 @@ TEST(ContactSet, SkipsQueriesWithoutEverMissingAContact) {
 }
 
 TEST(ContactSet, ForgetsAnEvaluationThatIsNotCommitted) {
-    auto [wall, wire] = scene_setup("hairpin");
-    press_aside(wire);
+    auto [wall, wire] = pressed_aside("hairpin");
     ContactSet set(wall);
     set.reset(wire);
     const double energy = set.energy(wire.joints, 1);
@@ -57,8 +58,7 @@ TEST(ContactSet, ForgetsAnEvaluationThatIsNotCommitted) {
 }
 
 TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
-    auto [wall, wire] = scene_setup("hairpin");
-    press_aside(wire);
+    auto [wall, wire] = pressed_aside("hairpin");
     ContactSet set(wall);
     set.reset(wire);
     ASSERT_GT(set.touching(), 5);
@@ -78,8 +78,7 @@ TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
 }
 
 TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
-    auto [wall, wire] = scene_setup("hairpin");
-    press_aside(wire);
+    auto [wall, wire] = pressed_aside("hairpin");
     for (int i = 1; i < 40; ++i) merge_segments(wire, i);
     const auto fresh = all_contacts(wire, wall);
     ContactSet set(wall);
@@ -96,8 +95,7 @@ TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
 }
 
 TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
-    auto [wall, wire] = scene_setup("sinuous");
-    press_aside(wire);
+    auto [wall, wire] = pressed_aside("sinuous");
     ContactSet set(wall);
     set.update(wire);
     EXPECT_EQ(set.queries(), wire.segments());
@@ -118,8 +116,7 @@ TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
 }
 
 TEST(ContactSet, PushesWithTheLoadAsWell) {
-    auto [wall, wire] = scene_setup("hairpin");
-    press_aside(wire);
+    auto [wall, wire] = pressed_aside("hairpin");
     ContactSet set(wall);
     set.reset(wire);
     const double wall_energy = set.energy(wire.joints, 40);
@@ -162,9 +159,7 @@ public:
 
 /// A wire along the first vessel whose distal joints are held by the second.
 Chain drawn_back(double x, double y, int held) {
-    studies::PlainWire spec;
-    spec.segment_length = 1;
-    spec.curved_angle = spec.curved_length = 0;
+    studies::PlainWire spec{.segment_length = 1, .curved_length = 0, .curved_angle = 0};
     Chain wire = wire_along(spec, Polyline{{0, 0, 0}, {x, 0, 0}, {x, y + 5, 0}}, static_cast<int>(x + y));
     for (int i = 0; i <= wire.segments(); ++i) wire.stations[i] = i > wire.segments() - held ? 1 : 0;
     return wire;

@@ -131,8 +131,7 @@ TEST(GeometricStep, AStretchedPieceStays) {
 TEST(GeometricRelaxer, MovesOnlyThePieceThatItUpdates) {
     auto [wall, start] = scene_setup("hairpin");
     Chain wire = wire_along(start.devices[0].spec, start.grid, wall.centreline(), 70);
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Geometric;
+    RelaxerConfig config = of_kind(RelaxerKind::Geometric);
     Chain last = wire;
     bool moved = false;
     make_relaxer(config, wall)->relax(wire, {1500, 0, 0}, [&](int first, const Chain& now) {
@@ -158,8 +157,7 @@ TEST(GeometricRelaxer, EnergyNeverRisesAloneOrCombinedForUnequalSegmentsToo) {
             if (uneven)
                 for (int i = 40; i > 8; i -= 3) split_segment(wire, i, 0.35);
             rebuild_joints(wire);
-            RelaxerConfig config;
-            config.kind = kind;
+            RelaxerConfig config = of_kind(kind);
             const auto relaxer = make_relaxer(config, wall);
             const auto energy = [&] { return total_energy(wire, all_contacts(wire, wall)).total(); };
             const double begin = energy();

@@ -11,12 +11,15 @@ using namespace physics;
 
 namespace {
 
-void expect_equilibrium(const Chain& wire, const LumenWall& wall, const RelaxReport& report) {
+/// Relaxes the wire, which must come to rest.
+RelaxReport to_equilibrium(Relaxer& relaxer, Chain& wire, const LumenWall& wall) {
+    const RelaxReport report = relaxer.relax(wire, unlimited);
     EXPECT_TRUE(report.converged());
     EXPECT_TRUE(report.strict_minimum());
     EXPECT_LE(report.gradient, 1e-8);
     EXPECT_LE(relative_gradient(wire, all_contacts(wire, wall)), 2e-8);  // measured by other code
     EXPECT_TRUE(validate(wire).empty());
+    return report;
 }
 
 /// The half-space z < 0 as two vessels see it that meet at x = 0: beyond it the wall stands `jump` lower. Who
@@ -40,12 +43,6 @@ struct TwoFields final : LumenWall {
     bool same_vessel(int a, int b) const override { return a == b; }
 };
 
-double nearest(double energy, std::initializer_list<double> minima) {
-    double best = 1e9;
-    for (const double m : minima) best = std::abs(energy - m) < std::abs(energy - best) ? m : best;
-    return best;
-}
-
 struct Listed {
     const char* scene;
     std::initializer_list<double> minima;  // [N·mm], found by independent solvers
@@ -61,8 +58,7 @@ const Listed listed[] = {{"sinuous", {5.808956, 5.808954}, 1e-6},
 TEST(GlobalRelaxer, ReachesAListedMinimumFromTheCentreline) {
     for (const Listed& scene : listed) {
         auto [wall, wire] = scene_setup(scene.scene);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
-        expect_equilibrium(wire, wall, report);
+        to_equilibrium(*global_relaxer(wall), wire, wall);
         const double energy = energy_of(wire, wall);
         EXPECT_NEAR(energy, nearest(energy, scene.minima), scene.digits) << scene.scene;
     }
@@ -95,10 +91,7 @@ TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
     Chain other = wire;
     global_relaxer(wall)->relax(wire, unlimited);
     paper_relaxer(wall)->relax(other, whole_cycles(other.segments(), 100));
-    double farthest = 0;
-    for (int i = 0; i <= wire.segments(); ++i)
-        farthest = std::max(farthest, (wire.joints[i] - other.joints[i]).norm());
-    EXPECT_LT(farthest, 0.05);
+    EXPECT_LT(farthest_apart(wire, other), 0.05);
 }
 
 TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
@@ -125,8 +118,7 @@ TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
     for (int k = 0; k < 30; ++k) {
         move(wire, wire.grid.segment_length);
         Chain other = wire;
-        const RelaxReport report = relaxer->relax(wire, unlimited);
-        expect_equilibrium(wire, wall, report);
+        const RelaxReport report = to_equilibrium(*relaxer, wire, wall);
         const RelaxReport whole = global_relaxer(wall)->relax(other, unlimited);
         windows += report.updates;
         wholes += whole.updates;
@@ -214,8 +206,7 @@ TEST(GlobalRelaxer, LeavesExactSymmetry) {
     Chain pressed = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(40, Vec3::UnitX()));
     const TubeWall cap({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
     const double before = energy_of(pressed, cap);
-    RelaxReport report = global_relaxer(cap)->relax(pressed, unlimited);
-    expect_equilibrium(pressed, cap, report);
+    RelaxReport report = to_equilibrium(*global_relaxer(cap), pressed, cap);
     EXPECT_LT(energy_of(pressed, cap), 0.7 * before);
     EXPECT_GT(report.push_force, 0.0);
 
@@ -239,28 +230,24 @@ TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
     for (int i = 0; i < 20; ++i) tangents.push_back(-Vec3::UnitX());
     Chain wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
     const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 4.5, 42);
-    const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
-    expect_equilibrium(wire, wall, report);
+    const RelaxReport report = to_equilibrium(*global_relaxer(wall), wire, wall);
     EXPECT_LT(wire.tangents.back().x(), -0.5);
     EXPECT_LT(report.largest_bend, M_PI / 3);
 }
 
 TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
-    studies::PlainWire spec;
-    spec.segment_length = 1;
-    spec.curved_angle = 1.2;
+    studies::PlainWire spec{.segment_length = 1, .curved_angle = 1.2};
     const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 20, 0.44);
     Chain wire = wire_along(spec, line, 100);
     wire.load = Vec3(0, 0, -1e-3);
     auto relaxer = global_relaxer(wall);
-    expect_equilibrium(wire, wall, relaxer->relax(wire, unlimited));
+    to_equilibrium(*relaxer, wire, wall);
     double torque = 0;
     int steps = 0;
     for (int k = 0; k < 36; ++k) {
         rotate(wire, every_device, 10 * M_PI / 180);
-        const RelaxReport report = relaxer->relax(wire, unlimited);
-        expect_equilibrium(wire, wall, report);
+        const RelaxReport report = to_equilibrium(*relaxer, wire, wall);
         torque = std::max(torque, std::abs(report.base_torque));
         steps += report.newton_steps;
         // The torque is the energy's change with the hub's turn.
@@ -313,8 +300,7 @@ TEST(GlobalRelaxer, HoldsUpTheWiresWeightAtTheIntroducer) {
         Chain wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
         const TubeWall wall({{0, 0, -100}, {0, 0, 100}}, 20.0, 40);
         wire.load = Vec3(0, 0, -1e-3);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
-        expect_equilibrium(wire, wall, report);
+        const RelaxReport report = to_equilibrium(*global_relaxer(wall), wire, wall);
         EXPECT_NEAR(report.push_force, up * 0.04, 1e-12);
     }
 }
@@ -326,8 +312,7 @@ TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
     for (const double share : {0.99, 1.01}) {
         Chain wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
         wire.load = Vec3(0, 0, -share * critical);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
-        expect_equilibrium(wire, wall, report);
+        to_equilibrium(*global_relaxer(wall), wire, wall);
         EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, share > 1) << wire.tip().transpose();
     }
 }
@@ -338,13 +323,10 @@ TEST(GlobalRelaxer, FollowsALoadThatChanges) {
     relaxer->relax(wire, unlimited);
     const double unloaded = energy_of(wire, wall);
     wire.load = Vec3(0, -0.02, 0.01);
-    RelaxReport report = relaxer->relax(wire, unlimited);
-    expect_equilibrium(wire, wall, report);
-    EXPECT_GT(report.newton_steps, 0);
+    EXPECT_GT(to_equilibrium(*relaxer, wire, wall).newton_steps, 0);
     wire.load.setZero();
     EXPECT_GT(energy_of(wire, wall), unloaded + 1e-4);
-    report = relaxer->relax(wire, unlimited);
-    expect_equilibrium(wire, wall, report);
+    to_equilibrium(*relaxer, wire, wall);
     EXPECT_NEAR(energy_of(wire, wall), nearest(energy_of(wire, wall), {1.86512, 1.86577}), 5e-6);
 }
 
@@ -353,8 +335,7 @@ TEST(GlobalRelaxer, RestsWhereTheWallJumpsBetweenTwoVessels) {
     constexpr int cases = 1000;
     std::mt19937 random(seed);
     const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
-    studies::PlainWire spec;
-    spec.segment_length = 1;
+    studies::PlainWire spec{.segment_length = 1};
     int restless = 0, crossed = 0;
     for (int k = 0; k < cases; ++k) {
         const double jump = std::pow(10, -4 + 3 * unit()) * (random() % 4 == 0 ? -1 : 1);

@@ -51,8 +51,7 @@ struct BeforeAWeakBend {
 
 TEST(Hub, TakesTheGlobalRelaxerAlone) {
     const SmoothVessel vessel = smooth_vessel();
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Segment;
+    RelaxerConfig config = of_kind(RelaxerKind::Segment);
     EXPECT_THROW(Hub(config, vessel.wall), std::invalid_argument);
 }
 

@@ -21,8 +21,7 @@ TEST(RelaxerConfig, RefusesWhatCannotRun) {
     EXPECT_TRUE(problems(RelaxerConfig{}).empty());
     const TubeWall wall({{0, 0, 0}, {0, 0, 10}}, 2.0, 20.0);
     for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(segment_config(m), wall), std::invalid_argument);
-    RelaxerConfig config;
-    config.separation = 1;
+    RelaxerConfig config{.separation = 1};
     EXPECT_THROW(make_relaxer(config, wall), std::invalid_argument);
     config.separation = 15;
     config.turn_limit = 0;
@@ -195,15 +194,7 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
         auto relaxer = make_relaxer(config, wall);
         relaxer->relax(wire, whole_cycles(wire.segments(), 30));
-        double sum = 0;
-        long long count = 0;
-        Chain last = wire;
-        relaxer->relax(wire, whole_cycles(wire.segments(), 2), [&](int b, const Chain& now) {
-            sum += (now.tangents[b] - last.tangents[b]).norm();
-            last.tangents = now.tangents;
-            ++count;
-        });
-        mean[order - 1] = sum / count;
+        mean[order - 1] = mean_turn(*relaxer, wire);
     }
     EXPECT_LT(mean[1], 1e-3 * mean[0]);
 }
@@ -247,8 +238,7 @@ TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
     for (int i = 44; i > 8; i -= 4) split_segment(wire, i, 0.35);
     ASSERT_TRUE(validate(wire).empty());
     const Chain start = wire;
-    RelaxerConfig konings;
-    konings.kind = RelaxerKind::Konings;
+    RelaxerConfig konings = of_kind(RelaxerKind::Konings);
     RelaxerConfig combined = segment_config(2);
     combined.kind = RelaxerKind::Combined;
     RelaxerConfig stored = segment_config(2);
@@ -279,8 +269,7 @@ TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
 }
 
 TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
-    studies::PlainWire spec;
-    spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec{.curved_length = 0, .curved_angle = 0};
     Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
     const RelaxReport report = make_relaxer(segment_config(2), wall)->relax(wire, {100000, 0, 0});
@@ -289,10 +278,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
 }
 
 TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.tip_length = 20;
-    spec.transition_length = 10;
+    studies::PlainWire spec{.segment_length = 2, .tip_length = 20, .transition_length = 10};
     Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
     rotate(wire, every_device, 0.5);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
@@ -307,8 +293,7 @@ TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
 }
 
 TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
-    studies::PlainWire spec;
-    spec.segment_length = 2;
+    studies::PlainWire spec{.segment_length = 2};
     Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
     auto relaxer = make_relaxer(segment_config(2), wall);
@@ -371,9 +356,7 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
     const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
     Polyline mirrored = path;
     for (Vec3& p : mirrored) p.z() = -p.z();
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.tip_length = 20;
+    studies::PlainWire spec{.segment_length = 2, .tip_length = 20};
     auto run = [&](const Polyline& line, double sign) {
         const TubeWall wall(line, 2.0, 40, 0.44);
         Chain wire = wire_along(spec, line, 40);
@@ -452,8 +435,7 @@ TEST(SegmentRelaxer, SaysInOneSentenceWhichChainItCannotRelax) {
     const auto refused = [&](const Chain& chain, const std::string& found) {
         for (const RelaxerKind kind : {RelaxerKind::FirstOrder, RelaxerKind::Segment, RelaxerKind::Geometric,
                                        RelaxerKind::Combined, RelaxerKind::Konings}) {
-            RelaxerConfig config;
-            config.kind = kind;
+            RelaxerConfig config = of_kind(kind);
             EXPECT_NE(why_not(config.kind, chain.devices).find(found), std::string::npos)
                 << why_not(config.kind, chain.devices);
             Chain wire = chain;

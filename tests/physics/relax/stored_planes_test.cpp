@@ -118,10 +118,7 @@ TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
 }
 
 TEST(StoredPlanes, BearALoadAndACurvedTip) {
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.tip_length = 20;
-    spec.transition_length = 10;
+    studies::PlainWire spec{.segment_length = 2, .tip_length = 20, .transition_length = 10};
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 2, 20, 0.44);
     double energy[2];
     for (const bool stored : {false, true}) {

@@ -22,11 +22,10 @@ struct InABend {
                    std::vector<anatomy::PenMove>{anatomy::Run{60}, anatomy::Arc{30, 1.6}, anatomy::Run{80}}),
                2.5, 5, 0.4),
           hub({}, wall) {
-        studies::PlainWire spec;
-        spec.curved_length = 20;
-        spec.curved_angle = 1;
-        spec.torsional_rigidity = torsional_rigidity;
-        spec.friction = friction;
+        studies::PlainWire spec{.curved_length = 20,
+                                .curved_angle = 1,
+                                .friction = friction,
+                                .torsional_rigidity = torsional_rigidity};
         wire = wire_of_length(spec, wall.centreline(), 110);
         hub.settle(wire, sufficient);
         if (segments) start_twists(wire, 0);
@@ -58,8 +57,7 @@ std::vector<double> rigid_energies(double step, int count) {
 }
 
 TEST(Torsion, AShaftWindsUpByTheSumOfItsGive) {
-    studies::PlainWire spec;
-    spec.torsional_rigidity = 188;
+    studies::PlainWire spec{.torsional_rigidity = 188};
     spec.tip_rigidity = spec.shaft_rigidity;  // GJ is then the same everywhere
     const auto stiffness = [&] {
         return straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 100).devices[0].windup_stiffness;
@@ -183,11 +181,8 @@ TEST(Torsion, WithoutFrictionSegmentsTwistAsTheWholeShaftDoes) {
 struct Pressed {
     static constexpr double length = 200, rigidity = 20, load = 0.02, friction = 0.1;  // [mm, N·mm², N/mm, -]
     Pressed() : wall({{0, 0, 0}, {300, 0, 0}}, 0.05, 20), hub({}, wall) {
-        studies::PlainWire spec;
-        spec.segment_length = 2;
+        studies::PlainWire spec = studies::PlainWire::uniform(500, 2);
         spec.diameter = 0.9;
-        spec.shaft_rigidity = spec.tip_rigidity = 500;
-        spec.curved_angle = spec.curved_length = 0;
         spec.torsional_rigidity = rigidity;
         spec.friction = friction;
         // Along the wall: what the introducer bears would not press.

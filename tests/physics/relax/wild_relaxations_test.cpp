@@ -41,8 +41,7 @@ TEST(WildRelaxations, AWireThatIsNotFiniteIsAFaultOfTheCallerForEveryMethod) {
     const SceneSetup scene = scene_setup("hairpin");
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment, RelaxerKind::FirstOrder,
                                    RelaxerKind::Geometric, RelaxerKind::Combined, RelaxerKind::Konings}) {
-        RelaxerConfig config;
-        config.kind = kind;
+        RelaxerConfig config = of_kind(kind);
         Chain wire = scene.wire;
         wire.joints[0].y() = std::numeric_limits<double>::quiet_NaN();
         EXPECT_THROW(make_relaxer(config, scene.wall)->relax(wire, {1000, 0, 0}), std::logic_error);
@@ -99,8 +98,7 @@ TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
         for (int way = 0; way < 6; ++way)
             for (int form = 0; form < (kind == RelaxerKind::Segment ? 4 : 1); ++form) {
                 const BrokenWall wall(scene.wall, way);
-                RelaxerConfig config;
-                config.kind = kind;
+                RelaxerConfig config = of_kind(kind);
                 config.safeguard = form == 0;
                 config.printed = form == 2;
                 config.stored_planes = form == 3;

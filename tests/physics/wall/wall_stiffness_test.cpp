@@ -31,8 +31,7 @@ std::vector<OpenEnd> openings(const anatomy::Anatomy& anatomy) {
 
 /// A wire along the spatial scene pressed against its wall.
 Chain pressed_wire(const TubeWall& tube) {
-    studies::PlainWire spec;
-    spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec{.curved_length = 0, .curved_angle = 0};
     Chain wire = wire_along(spec, tube.centreline(), 40);
     for (int i = 5; i <= 40; ++i)
         wire.tangents[i] = (wire.tangents[i] + Vec3(0.02, -0.11 * std::sin(0.4 * i), 0.1)).normalized();

@@ -13,10 +13,7 @@ using namespace physics;
 
 TEST(DeviceSpec, ListsEverythingWrongWithIt) {
     EXPECT_TRUE(studies::PlainWire{}.problems().empty());
-    studies::PlainWire spec;
-    spec.segment_length = -1;
-    spec.shaft_rigidity = std::nan("");
-    spec.tip_rigidity = 1e12;
+    studies::PlainWire spec{.segment_length = -1, .shaft_rigidity = std::nan(""), .tip_rigidity = 1e12};
     EXPECT_GE(spec.problems().size(), 3u);
 }
 
@@ -42,15 +39,13 @@ TEST(Chain, RefusesWhatCannotBeAWire) {
     EXPECT_THROW(straight_wire(studies::PlainWire{}, {0, 0, 0}, {0, 0, 1}, 1),
                  std::invalid_argument);  // no room
     EXPECT_THROW(wire_along(studies::PlainWire{}, {{0, 0, 0}}, 30), std::invalid_argument);
-    studies::PlainWire spec;
-    spec.diameter = 0;
+    studies::PlainWire spec{.diameter = 0};
     EXPECT_THROW(straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30), std::invalid_argument);
 }
 
 TEST(Chain, LiesAlongAPathWithJointsOneSegmentApart) {
     const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
-    studies::PlainWire spec;
-    spec.segment_length = 1;
+    studies::PlainWire spec{.segment_length = 1};
     const Chain wire = wire_along(spec, path, 170);
     EXPECT_TRUE(validate(wire).empty());
     for (const Vec3& x : wire.joints) {
@@ -103,8 +98,7 @@ TEST(Chain, ASegmentSplitAndMergedAgainIsAsBefore) {
 }
 
 TEST(Chain, ASplitArcBendsEvenly) {
-    studies::PlainWire spec;
-    spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec{.curved_length = 0, .curved_angle = 0};
     Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 20);
     for (int i = 0; i <= 20; ++i) wire.tangents[i] = {std::cos(0.1 * i), std::sin(0.1 * i), 0};
     rebuild_joints(wire);
@@ -238,8 +232,7 @@ TEST(Chain, DirectorsStayPerpendicularAndRestBendsTurnWithTheHub) {
 }
 
 TEST(Chain, ParallelTransportInAPlaneDoesNotTwist) {
-    studies::PlainWire spec;
-    spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec{.curved_length = 0, .curved_angle = 0};
     Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 40);
     for (int i = 1; i <= 40; ++i) wire.tangents[i] = {std::sin(0.05 * i), 0, std::cos(0.05 * i)};
     wire.base_director = Vec3::UnitY();

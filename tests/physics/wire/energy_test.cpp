@@ -55,8 +55,7 @@ TEST(Energy, LargestForceIsStiffnessTimesPenetration) {
 }
 
 TEST(Energy, StraightFreeWireIsAtRest) {
-    studies::PlainWire spec;
-    spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec{.curved_length = 0, .curved_angle = 0};
     const Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 40);
     const TubeWall wall({{-5, 0, 0}, {100, 0, 0}}, 2.0, 30.0);
     EXPECT_EQ(relative_gradient(wire, all_contacts(wire, wall)), 0.0);

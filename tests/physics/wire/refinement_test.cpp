@@ -146,8 +146,7 @@ TEST(Refinement, ASecondCallChangesNothing) {
 }
 
 TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
-    RefinementOptions finest;
-    finest.longest = 1;
+    RefinementOptions finest{.longest = 1};
     for (const char* scene : {"sinuous", "hairpin"}) {
         auto [wall, fine] = scene_setup(scene);
         const int segments = fine.segments();
@@ -204,8 +203,7 @@ TEST(Refinement, CoarsenedAndSplitBackTheWireIsWhereItWas) {
     const Chain fine = wire;
     refine(wire, wall);
     ASSERT_LT(wire.segments(), fine.segments());
-    RefinementOptions finest;
-    finest.longest = 1;
+    RefinementOptions finest{.longest = 1};
     refine(wire, wall, finest);
     ASSERT_EQ(wire.segments(), fine.segments());
     EXPECT_EQ(wire.lengths, fine.lengths);
@@ -268,8 +266,7 @@ TEST(Refinement, HoldsTheTipsRollToLessThanADegree) {
     tangent_basis(wire.tangents[0], wire.base_director, other);
     rebuild_joints(wire);
     const Vec3 before = directors(wire).back();
-    RefinementOptions options;
-    options.curve_tolerance = 0.2;
+    RefinementOptions options{.curve_tolerance = 0.2};
     EXPECT_GT(refine(wire, wall, options).merged, 10);
     EXPECT_LT(std::acos(std::min(1.0, before.dot(directors(wire).back()))), M_PI / 180);
 }

@@ -115,17 +115,12 @@ protected:
 std::unique_ptr<Panel> PanelTest::panel_;
 
 TEST_F(PanelTest, RefusesSizesItCannotDraw) {
-    for (const auto& [width, height] :
-         {std::pair{0, 0}, {1280, 0}, {100000, 100000}, {-5, 1024}, {320, 200}}) {
-        try {
-            const Panel panel({width, height, {}});
-            FAIL() << width << "x" << height;
-        } catch (const std::invalid_argument& error) {
-            EXPECT_NE(std::string(error.what()).find(std::to_string(width) + "x" + std::to_string(height)),
-                      std::string::npos)
-                << error.what();
-        }
-    }
+    for (const auto& [width, height] : {std::pair{0, 0}, {1280, 0}, {100000, 100000}, {-5, 1024}, {320, 200}})
+        test::expect_refusal<std::invalid_argument>(
+            [&] {
+                Panel({width, height, {}});
+            },
+            std::to_string(width) + "x" + std::to_string(height));
     EXPECT_THROW(panel_->draw({}, nullptr, {}), std::invalid_argument);
     EXPECT_THROW(panel_->draw({2, 2, {1, 2, 3}}, nullptr, {}), std::invalid_argument);
     const GrayImage empty;
@@ -363,8 +358,7 @@ TEST_F(PanelTest, LeavesAnotherImGuiAndTheFluoroscopeAsTheyWere) {
     EXPECT_EQ(ImGui::GetCurrentContext(), window);
     ImGui::DestroyContext(window);
 
-    render::CArm arm;
-    arm.pixels = 64;
+    render::CArm arm{.pixels = 64};
     const auto scope = [] {
         std::vector<render::TissueLayer> layers;
         layers.push_back({"ball", render::Material::SoftTissue, render::Material::Air,

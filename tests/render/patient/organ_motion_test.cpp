@@ -17,10 +17,7 @@ using render::Field;
 using render::TissueLayer;
 
 render::CArm arm_over_organs() {
-    render::CArm arm;
-    arm.pixels = 96;
-    arm.detector_width = 220.0;
-    return arm;
+    return render::CArm{.detector_width = 220.0, .pixels = 96};
 }
 
 /// A body with a ball that breathes and another that beats and takes iodine.
@@ -42,12 +39,7 @@ std::vector<TissueLayer> moving_balls(const Vec3& breath, const Vec3& beat) {
 }
 
 render::Exposure pulse_at(double breath, double beat) {
-    render::Exposure exposure;
-    exposure.kvp = 74;
-    exposure.breath = breath;
-    exposure.beat = beat;
-    exposure.organs = {{2, 4.0}};
-    return exposure;
+    return render::Exposure{.kvp = 74, .organs = {{2, 4.0}}, .breath = breath, .beat = beat};
 }
 
 }  // namespace
@@ -156,9 +148,9 @@ TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
 
 TEST(OrganMotion, MovesOrgansByWhatIsPublished) {
     render::PatientSpec spec;
-    spec.origin = Vec3(4, -6, 9);
     spec.lower = Vec3(-60, -60, 0);
     spec.upper = Vec3(60, 60, 330);
+    spec.origin = Vec3(4, -6, 9);
     std::vector<TissueLayer> layers = render::make_patient(spec);
     render::move_organs(layers, spec.origin, 14, 8);
     const auto of = [&](const std::string& name) -> const TissueLayer& {

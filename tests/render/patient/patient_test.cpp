@@ -507,12 +507,11 @@ TEST(Patient, BalancesAtEveryPixelAllAroundIt) {
         for (const TissueLayer& layer : layers) renderer.add(layer.mesh);
         for (double lao : {-90.0, 25.0, 90.0}) {
             for (double cranial : {-30.0, 30.0}) {
-                CArm arm;
-                arm.lao = lao * std::numbers::pi / 180.0;
-                arm.cranial = cranial * std::numbers::pi / 180.0;
-                arm.isocentre = Vec3(0, 0, middle);
-                arm.pixels = 128;
-                arm.detector_width = 400.0;
+                CArm arm{.lao = lao * std::numbers::pi / 180.0,
+                         .cranial = cranial * std::numbers::pi / 180.0,
+                         .isocentre = Vec3(0, 0, middle),
+                         .detector_width = 400.0,
+                         .pixels = 128};
                 for (std::size_t i = 0; i < layers.size(); ++i) {
                     EXPECT_EQ(renderer.render(static_cast<int>(i), arm).unbalanced_pixels, 0)
                         << layers[i].name << " at LAO " << lao << ", cranial " << cranial;

@@ -24,10 +24,7 @@ constexpr double texture_pixel = 0.5;  // at the isocentre [mm]
 
 /// The middle 128 mm of a body, seen from an angle [rad].
 CArm texture_view(double lao, double cranial) {
-    CArm arm;
-    arm.lao = lao;
-    arm.cranial = cranial;
-    arm.pixels = texture_pixels;
+    CArm arm{.lao = lao, .cranial = cranial, .pixels = texture_pixels};
     arm.detector_width = texture_pixel * texture_pixels * arm.sid / arm.sod;
     return arm;
 }
@@ -146,8 +143,7 @@ TEST(PatientTexture, LeavesTheMeanOfAnImageAndDiffersWithTheSeedAlone) {
     EXPECT_EQ(lumps_of(layers, arm).values, lumps_of(again, arm).values);
     EXPECT_NE(lumps_of(layers, arm).values, lumps_of(other, arm).values);
     render::Fluoroscope with({}, layers), without({}, std::move(smooth));
-    render::Exposure exposure;
-    exposure.kvp = 75;
+    render::Exposure exposure{.kvp = 75};
     const Field textured = with.expected_quanta(arm, {}, exposure),
                 plain = without.expected_quanta(arm, {}, exposure);
     EXPECT_NEAR(mean_of(textured) / mean_of(plain), 1.0, 0.01);

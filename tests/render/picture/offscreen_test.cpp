@@ -8,6 +8,8 @@
 #include <unistd.h>
 #include <vector>
 
+#include "tests/engine/fixtures.h"
+
 namespace {
 
 using render::OffscreenContext;
@@ -28,12 +30,7 @@ TEST(Offscreen, NamesAFunctionThatDoesNotExist) {
     OffscreenContext context;
     const auto use = context.use();
     // Mesa hands out stubs for any name that begins with gl.
-    try {
-        context.function("no such thing");
-        FAIL();
-    } catch (const std::runtime_error& error) {
-        EXPECT_NE(std::string(error.what()).find("no such thing"), std::string::npos);
-    }
+    test::expect_refusal<std::runtime_error>([&] { context.function("no such thing"); }, "no such thing");
 }
 
 TEST(Offscreen, AForkedProcessIsToldThatItHasNoRasteriser) {

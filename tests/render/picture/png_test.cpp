@@ -21,15 +21,6 @@ using test::plain;
 
 class Png : public test::InFolder {
 protected:
-    static std::string message_of(const std::function<void()>& action) {
-        try {
-            action();
-        } catch (const std::runtime_error& error) {
-            return error.what();
-        }
-        return "";
-    }
-
     /// Of a picture, in a file.
     template <class Image>
     fs::path file(const Image& image, const std::string& name = "a.png") const {
@@ -83,18 +74,19 @@ TEST_F(Png, EveryChunkIsWhatTheSpecificationAsksFor) {
 
 TEST_F(Png, RefusesToReadWhatIsNoPictureOrIsNotThere) {
     std::ofstream(folder / "text.png") << "not a picture";
-    EXPECT_NE(message_of([&] { render::read_png(folder / "text.png"); }).find("text.png"), std::string::npos);
-    EXPECT_NE(message_of([&] { render::read_png(folder / "none.png"); }).find("No such file"),
-              std::string::npos);
+    const auto refused = [&](const fs::path& path, const std::string& expected) {
+        test::expect_refusal<std::runtime_error>([&] { render::read_png(path); }, expected);
+    };
+    refused(folder / "text.png", "text.png");
+    refused(folder / "none.png", "No such file");
 }
 
 TEST_F(Png, ColourIsNotTakenForGreyNorGreyForColour) {
     const render::ColourImage colour{37, 21, noisy(3 * 37, 21).pixels};
     const fs::path coloured = file(colour, "c.png"), grey = file(noisy(8, 8), "g.png");
-    EXPECT_NE(message_of([&] { render::read_png(coloured); }).find("colour type 2"), std::string::npos);
-    const std::string message = message_of([&] { render::read_colour_png(grey); });
-    EXPECT_NE(message.find("g.png: has colour type 0"), std::string::npos) << message;
-    EXPECT_NE(message.find("(colour type 2) is read"), std::string::npos) << message;
+    test::expect_refusal<std::runtime_error>([&] { render::read_png(coloured); }, "colour type 2");
+    for (const char* said : {"g.png: has colour type 0", "(colour type 2) is read"})
+        test::expect_refusal<std::runtime_error>([&] { render::read_colour_png(grey); }, said);
 }
 
 TEST_F(Png, RefusesADamagedFile) {
@@ -102,7 +94,8 @@ TEST_F(Png, RefusesADamagedFile) {
     for (const std::size_t length : {bytes.size() / 2, std::size_t{30}, std::size_t{9}}) {
         std::ofstream(folder / "cut.png", std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(length));
-        EXPECT_NE(message_of([&] { render::read_png(folder / "cut.png"); }), "") << length << " bytes";
+        EXPECT_NE(test::refusal<std::runtime_error>([&] { render::read_png(folder / "cut.png"); }), "")
+            << length << " bytes";
     }
 }
 

@@ -17,8 +17,7 @@ Vec3 detector_centre(const CArm& arm) {
 }
 
 TEST(CArm, Lao30PutsTheDetectorOverThePatientsLeftAndTheSourceBehindTheRight) {
-    CArm arm;
-    arm.lao = 30.0 * degree;
+    CArm arm{.lao = 30.0 * degree};
     EXPECT_NEAR(render::source(arm).x(), -arm.sod * 0.5, 1e-9);             // right
     EXPECT_NEAR(render::source(arm).y(), arm.sod * std::sqrt(0.75), 1e-9);  // posterior
     EXPECT_GT(detector_centre(arm).x(), 0.0);
@@ -28,15 +27,13 @@ TEST(CArm, Lao30PutsTheDetectorOverThePatientsLeftAndTheSourceBehindTheRight) {
 }
 
 TEST(CArm, CranialTiltRaisesTheDetectorTowardTheHead) {
-    CArm arm;
-    arm.cranial = 20.0 * degree;
+    CArm arm{.cranial = 20.0 * degree};
     EXPECT_NEAR(detector_centre(arm).z(), (arm.sid - arm.sod) * std::sin(20.0 * degree), 1e-9);
     EXPECT_LT(render::source(arm).z(), 0.0);
 }
 
 TEST(CArm, IsocentreMapsToTheImageCentreAtAnyAngle) {
-    CArm arm;
-    arm.isocentre = Vec3(12, -30, 45);
+    CArm arm{.isocentre = Vec3(12, -30, 45)};
     for (double lao : {-90.0, -30.0, 0.0, 45.0, 120.0}) {
         for (double cranial : {-45.0, 0.0, 30.0}) {
             arm.lao = lao * degree;
@@ -64,10 +61,7 @@ TEST(CArm, MagnifiesBySidOverSodAtTheIsocentre) {
 }
 
 TEST(CArm, RaysLeadBackToThePointsTheyShow) {
-    CArm arm;
-    arm.lao = -35.0 * degree;
-    arm.cranial = 15.0 * degree;
-    arm.isocentre = Vec3(5, 6, 7);
+    CArm arm{.lao = -35.0 * degree, .cranial = 15.0 * degree, .isocentre = Vec3(5, 6, 7)};
     const Vec3 point(20, -40, 60);
     const render::Pixel p = render::project(arm, point);
     const Vec3 ray = render::ray_direction(arm, p.x, p.y);
@@ -76,9 +70,7 @@ TEST(CArm, RaysLeadBackToThePointsTheyShow) {
 
 TEST(CArm, ListsEverythingThatIsWrong) {
     EXPECT_TRUE(render::problems(CArm{}).empty());
-    CArm arm;
-    arm.lao = 120.0 * degree;
-    arm.cranial = -45.0 * degree;
+    CArm arm{.lao = 120.0 * degree, .cranial = -45.0 * degree};
     EXPECT_TRUE(render::problems(arm).empty()) << "the limits themselves are allowed";
     arm.lao = 121.0 * degree;
     arm.cranial = 46.0 * degree;

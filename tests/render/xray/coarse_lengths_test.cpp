@@ -16,11 +16,7 @@ using render::CoarseLengths;
 using render::Field;
 
 CArm coarse_arm(double lao, double cranial) {
-    CArm arm;
-    arm.lao = lao;
-    arm.cranial = cranial;
-    arm.pixels = 48;
-    return arm;
+    return CArm{.lao = lao, .cranial = cranial, .pixels = 48};
 }
 
 Field coarse(const geometry::TriangleMesh& mesh, const CArm& arm) {

@@ -48,10 +48,7 @@ struct Vessel {
 };
 
 CArm frontal(int pixels = 256) {
-    CArm arm;
-    arm.detector_width = 200.0;
-    arm.pixels = pixels;
-    return arm;
+    return CArm{.detector_width = 200.0, .pixels = pixels};
 }
 
 CArm oblique(int pixels = 256) {

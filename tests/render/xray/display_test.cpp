@@ -52,8 +52,7 @@ TEST(Display, ShuttersAreRoundSoftAndBlackOutside) {
         between += open.values[256 * 512 + i] > 0.0f && open.values[256 * 512 + i] < 1.0f;
     EXPECT_GE(between, 3);
     const Field even(64, 64, 100.0f);
-    render::CArm small;
-    small.pixels = 64;
+    render::CArm small{.pixels = 64};
     EXPECT_LT(render::Display({}, even, Field(64, 64, 1.0f), Field(64, 64, 1.0f), render::shutters({}, small))
                   .show(even)
                   .pixels[0],

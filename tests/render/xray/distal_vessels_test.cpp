@@ -11,10 +11,7 @@ namespace {
 using geometry::Vec3;
 
 CArm arm_at(double lao) {
-    CArm arm;
-    arm.detector_width = 150;
-    arm.lao = lao * geometry::degree;
-    return arm;
+    return CArm{.lao = lao * geometry::degree, .detector_width = 150};
 }
 
 Field thickness(const std::vector<VesselPiece>& pieces, const CArm& arm, const PixelShift& shift = {}) {

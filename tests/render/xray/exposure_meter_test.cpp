@@ -92,8 +92,7 @@ TEST(ExposureMeter, GivesADoseThatIsFiniteAndFollowsSmallMovesAtAThousandPosesAn
         ExposureMeter meter({}, random_trunk(random));
         for (int pose = 0; pose < 20; ++pose) {
             const CArm arm = random_arm(random);
-            Exposure exposure;
-            exposure.kvp = 80.0;
+            Exposure exposure{.kvp = 80.0};
             exposure.detector_dose =
                 std::exp(std::uniform_real_distribution<double>(-2.3, std::log(1e5))(random));
             const render::Technique here = meter.technique(arm, exposure);
@@ -123,10 +122,7 @@ TEST(ExposureMeter, BehindThePatientTheDetectorGetsItsDoseAtEveryAngle) {
     const int n = 64;
     for (const double lao : {0.0, 0.52, 1.0, 1.57, -1.57}) {
         for (const double side : {0.0, 60.0, -60.0}) {
-            CArm arm;
-            arm.pixels = n;
-            arm.lao = lao;
-            arm.isocentre = Vec3(side, 0, -40);
+            CArm arm{.lao = lao, .isocentre = Vec3(side, 0, -40), .pixels = n};
             const Field quanta = scope.expected_quanta(arm, {}, {});
             const render::Technique technique = scope.technique(arm, {});
             double sum = 0, count = 0, least = 1e9;
@@ -154,9 +150,7 @@ TEST(ExposureMeter, AgreesWithTheFluoroscopeOfEverySizeAndOwesNothingToEarlierPo
     render::Fluoroscope scope({}, layers);
     for (const int pixels : {32, 512}) {
         for (const double lao : {0.0, 1.2}) {
-            CArm arm;
-            arm.lao = lao;
-            arm.pixels = pixels;
+            CArm arm{.lao = lao, .pixels = pixels};
             const Exposure exposure;
             const render::Technique alone = meter.technique(arm, exposure),
                                     with_images = scope.technique(arm, exposure),
@@ -171,14 +165,12 @@ TEST(ExposureMeter, AgreesWithTheFluoroscopeOfEverySizeAndOwesNothingToEarlierPo
 
 TEST(ExposureMeter, StandsTheSmallestOpeningAndAnEmptyRoomAndRefusesWhatIsNoPose) {
     ExposureMeter patient({}, render::make_patient({})), empty({}, {});
-    CArm arm;
-    arm.opening_width = arm.opening_height = 1e-6;
+    CArm arm{.opening_width = 1e-6, .opening_height = 1e-6};
     for (ExposureMeter* meter : {&patient, &empty}) {
         const render::Technique technique = meter->technique(arm, {});
         EXPECT_TRUE(std::isfinite(technique.air_kerma) && technique.air_kerma > 0);
     }
-    Exposure most;
-    most.detector_dose = render::largest_detector_dose;
+    Exposure most{.detector_dose = render::largest_detector_dose};
     EXPECT_TRUE(std::isfinite(patient.technique({}, most).air_kerma));
     arm.sid = -1;
     EXPECT_THROW(patient.technique(arm, {}), std::invalid_argument);

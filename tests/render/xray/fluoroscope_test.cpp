@@ -10,6 +10,7 @@
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 #include "render/xray/subtraction.h"
+#include "tests/engine/fixtures.h"
 
 namespace {
 
@@ -38,10 +39,7 @@ std::vector<TissueLayer> phantom() {
 }
 
 CArm small_arm() {
-    CArm arm;
-    arm.pixels = 128;
-    arm.detector_width = 160.0;
-    return arm;
+    return CArm{.detector_width = 160.0, .pixels = 128};
 }
 
 Polyline across() {
@@ -125,8 +123,7 @@ TEST(Fluoroscope, ContrastShowsTheVesselAndOnlyTheVessel) {
     Fluoroscope scope({}, phantom());
     const CArm arm = small_arm();
     const Field plain = scope.expected_quanta(arm, {}, {});
-    Exposure filled;
-    filled.iodine = 150.0;
+    Exposure filled{.iodine = 150.0};
     const Field contrast = scope.expected_quanta(arm, {}, filled);
     EXPECT_LT(around(contrast, arm, Vec3(0, 0, -40)), 0.6 * around(plain, arm, Vec3(0, 0, -40)));
     EXPECT_EQ(around(contrast, arm, Vec3(0, 0, 20)), around(plain, arm, Vec3(0, 0, 20)));
@@ -146,8 +143,7 @@ TEST(Fluoroscope, ContrastLeavesNothingBehind) {
     Fluoroscope scope({}, layers, render::LumenContrast(layers[2].mesh, nodes, radii));
     const CArm arm = small_arm();
     const Field plain = scope.expected_quanta(arm, {}, {});
-    Exposure organ;
-    organ.organs = {{1, 40.0}};
+    Exposure organ{.organs = {{1, 40.0}}};
     const Field blush = scope.expected_quanta(arm, {}, organ);
     EXPECT_LT(around(blush, arm, Vec3(45, 40, 0)), 0.9 * around(plain, arm, Vec3(45, 40, 0)));
     Exposure all = organ;
@@ -176,8 +172,7 @@ TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {
                       false});
     Fluoroscope scope(config, layers);
     const CArm arm = small_arm();
-    Exposure exposure;
-    exposure.kvp = 74.0;
+    Exposure exposure{.kvp = 74.0};
     const Field expected = scope.expected_quanta(arm, {}, exposure);
     const render::Spectrum spectrum = render::detected_spectrum(74.0);
     double with = 0.0, without = 0.0;
@@ -205,21 +200,10 @@ TEST(Fluoroscope, RefusesAnOpenMeshByName) {
 
 TEST(Fluoroscope, RefusesABadArmOrExposureWithAllItsProblems) {
     Fluoroscope scope({}, {});
-    CArm arm;
-    arm.sod = 2000.0;
-    arm.pixels = 0;
-    Exposure exposure;
-    exposure.iodine = -1.0;
-    exposure.kvp = std::numeric_limits<double>::quiet_NaN();
-    try {
-        scope.expose(arm, {}, exposure);
-        FAIL();
-    } catch (const std::invalid_argument& error) {
-        const std::string text = error.what();
-        for (const char* part : {"sod < sid", "pixels", "iodine", "kV"}) {
-            EXPECT_NE(text.find(part), std::string::npos) << text;
-        }
-    }
+    CArm arm{.sod = 2000.0, .pixels = 0};
+    Exposure exposure{.kvp = std::numeric_limits<double>::quiet_NaN(), .iodine = -1.0};
+    for (const char* part : {"sod < sid", "pixels", "iodine", "kV"})
+        test::expect_refusal<std::invalid_argument>([&] { scope.expose(arm, {}, exposure); }, part);
 }
 
 TEST(Fluoroscope, ExposesAnEmptyRoomAndAWireThatIsNotFinite) {
@@ -262,9 +246,7 @@ TEST(Fluoroscope, DsaShowsAVesselBeforeTheSpineAsBesideIt) {
         layers.push_back(vessel(0));
         layers.push_back(vessel(beside));
         Fluoroscope scope(config, std::move(layers));
-        CArm arm;
-        arm.pixels = 256;
-        arm.isocentre = Vec3(0, 0, -40);
+        CArm arm{.isocentre = Vec3(0, 0, -40), .pixels = 256};
         Exposure mask, filled;
         mask.detector_dose = filled.detector_dose = 1000;
         filled.iodine = 100;

@@ -17,12 +17,7 @@ using render::Field;
 using render::Lump;
 
 CArm lump_view(int pixels, double width) {
-    CArm arm;
-    arm.lao = 0.6;
-    arm.cranial = -0.3;
-    arm.pixels = pixels;
-    arm.detector_width = width;
-    return arm;
+    return CArm{.lao = 0.6, .cranial = -0.3, .detector_width = width, .pixels = pixels};
 }
 
 /// ∫ share · (1 − ρ²)^(3/2) along a ray, by sums over small steps [mm].
@@ -90,9 +85,7 @@ TEST(Lumps, KeepTheirContentHoweverCoarseThePixels) {
 TEST(Lumps, MoveWithTheirDepth) {
     // Two lumps on one ray part when the arm turns, as far as their depths say.
     const std::vector<Lump> lumps{{{0, -60, 0}, {0, 0, 1}, 2, 1, 1}, {{0, 60, 0}, {0, 0, 1}, 2, 1, 1}};
-    CArm arm;
-    arm.pixels = 256;
-    arm.detector_width = 120;
+    CArm arm{.detector_width = 120, .pixels = 256};
     const auto centre = [&](const Lump& lump) {
         Field sum(arm.pixels, arm.pixels);
         render::add_lengths(std::span(&lump, 1), arm, sum);
@@ -112,8 +105,7 @@ TEST(Lumps, MoveWithTheirDepth) {
 }
 
 TEST(Lumps, BehindTheSourceOrOutsideTheImageAddNothing) {
-    CArm arm;
-    arm.pixels = 64;
+    CArm arm{.pixels = 64};
     const Vec3 source = render::source(arm), beam = render::axes(arm).beam;
     Field sum(64, 64);
     std::vector<Lump> lumps(3);
@@ -137,8 +129,7 @@ TEST(Lumps, AreInTheImageAndInTheTruthOfTheirLayer) {
         layer.lumps = std::move(lumps);
         return std::vector<render::TissueLayer>{layer};
     };
-    CArm arm;
-    arm.pixels = 64;
+    CArm arm{.pixels = 64};
     const Lump lump{{20, 0, 30}, {0, 0, 1}, 10, 1, 1};
     render::FluoroscopeConfig config;
     config.scatter = 0;

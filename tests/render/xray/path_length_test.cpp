@@ -22,12 +22,7 @@ using render::CArm;
 using render::Field;
 
 CArm oblique_stand(int pixels) {
-    CArm arm;
-    arm.lao = 0.5;
-    arm.cranial = -0.2;
-    arm.isocentre = Vec3(3, -8, 12);
-    arm.pixels = pixels;
-    return arm;
+    return CArm{.lao = 0.5, .cranial = -0.2, .isocentre = Vec3(3, -8, 12), .pixels = pixels};
 }
 
 TEST(PathLength, OfASphereIsItsChord) {

@@ -125,8 +125,7 @@ Field logarithm(Field field) {
 TEST(Registration, FindsThePatientThroughQuantumNoiseToATenthOfAPixel) {
     render::Fluoroscope scope({}, render::make_patient({}));
     render::CArm arm;
-    render::Exposure mask;
-    mask.detector_dose = 1000;
+    render::Exposure mask{.detector_dose = 1000};
     render::Exposure image = mask;
     image.frame = 1;
     const render::SeenDevices none;
@@ -147,14 +146,11 @@ TEST(Registration, LowersTheBackgroundOfASubtractionInABreath) {
     render::move_organs(layers, spec.origin, 14, 0);
     render::FluoroscopeConfig config;
     render::Fluoroscope scope(config, std::move(layers));
-    render::CArm arm;
-    arm.pixels = 256;
-    arm.detector_width = 200;
+    render::CArm arm{.detector_width = 200, .pixels = 256};
     const render::SeenDevices none;
     for (const Vec3& middle : {Vec3(60, 0, 190), Vec3(-60, 0, 190), Vec3(0, 0, 80)}) {
         arm.isocentre = middle;
-        render::Exposure exposure;
-        exposure.detector_dose = 1000;
+        render::Exposure exposure{.detector_dose = 1000};
         const auto per_dose = [&](double breath, std::uint64_t frame) {
             exposure.breath = breath;
             exposure.frame = frame;

@@ -18,11 +18,7 @@ TEST(SurfaceCrossings, SumToPathLengths) {
         render::tube({{-40, 0, -30}, {-20, 10, 0}, {5, 0, 25}, {35, -15, 20}, {45, 0, -20}}, Vec3(0, 1, 0),
                      {9, 8, 7, 9, 10}, {6, 9, 8, 6, 7}, 40);
     render::append(mesh, render::ellipsoid(Vec3(5, 8, 5), Vec3(30, 14, 22), 60));
-    CArm arm;
-    arm.lao = 0.5;
-    arm.cranial = -0.2;
-    arm.isocentre = Vec3(3, -8, 12);
-    arm.pixels = 200;
+    CArm arm{.lao = 0.5, .cranial = -0.2, .isocentre = Vec3(3, -8, 12), .pixels = 200};
     const auto crossings = render::surface_crossings(mesh, arm, 1);
     ASSERT_EQ(crossings.side, 200);
     render::PathLengthRenderer renderer;
@@ -58,11 +54,7 @@ TEST(SurfaceCrossings, SumToPathLengths) {
 
 TEST(SurfaceCrossings, AreOneEntryAndOneExitThroughEdgesAndCorners) {
     // A box whose corners, edges and diagonals fall on rays: those are 1 mm apart on the detector.
-    CArm arm;
-    arm.detector_width = 128;
-    arm.pixels = 64;
-    arm.sod = 500;
-    arm.sid = 1000;
+    CArm arm{.sid = 1000, .sod = 500, .detector_width = 128, .pixels = 64};
     geometry::TriangleMesh box;
     for (const double depth : {450.0, 550.0}) {
         for (const auto& [u, v] : {std::pair{40, 40}, {80, 40}, {80, 80}, {40, 80}}) {
@@ -92,8 +84,7 @@ TEST(SurfaceCrossings, AreOneEntryAndOneExitThroughEdgesAndCorners) {
 }
 
 TEST(SurfaceCrossings, LeaveOutWhatIsBehindTheSource) {
-    CArm arm;
-    arm.pixels = 64;
+    CArm arm{.pixels = 64};
     const auto around = render::ellipsoid(render::source(arm), Vec3(100, 100, 100));
     const auto crossings = render::surface_crossings(around, arm, 2);
     for (int v = 0; v < 128; ++v) {

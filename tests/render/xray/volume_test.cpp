@@ -52,13 +52,8 @@ DensityVolume filled(const VolumeGrid& grid, const std::function<double(const Ve
 }
 
 CArm turned_arm(double lao, double cranial) {
-    CArm arm;
-    arm.lao = lao;
-    arm.cranial = cranial;
-    arm.pixels = 96;
-    arm.detector_width = 220;
-    arm.isocentre = Vec3(10, -20, 300);
-    return arm;
+    return CArm{
+        .lao = lao, .cranial = cranial, .isocentre = Vec3(10, -20, 300), .detector_width = 220, .pixels = 96};
 }
 
 const CArm volume_views[] = {turned_arm(0, 0), turned_arm(1.5707963, 0), turned_arm(0.6, 0.4),

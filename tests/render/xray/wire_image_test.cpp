@@ -80,8 +80,7 @@ struct Agreement {
 
 Agreement compare(const CArm& arm, double mu, int count) {
     const Polyline joints = wandering(count);
-    WireLook look;
-    look.marker_length = 0.0;
+    WireLook look{.marker_length = 0.0};
     WireImage wire;
     const auto cast = wire.cast(arm, joints, look, {all(mu), all(mu)});
     std::vector<double> transmission(static_cast<std::size_t>(arm.pixels) * arm.pixels, 1.0);
@@ -110,8 +109,7 @@ Agreement compare(const CArm& arm, double mu, int count) {
 }
 
 TEST(WireImage, AgreesWithBruteForceAtEightByEightPlaces) {
-    CArm arm;
-    arm.pixels = 192;
+    CArm arm{.pixels = 192};
     arm.detector_width = 112.0;  // pixels of 0.58 mm, as at 512 over 300 mm
     arm.lao = 0.4;
     const Agreement steel = compare(arm, 1.1, 70);
@@ -126,12 +124,10 @@ TEST(WireImage, AgreesWithBruteForceAtEightByEightPlaces) {
 TEST(WireImage, OfAThinLongWireHasTheMassOfItsCrossSection) {
     // For a small μ the sum of 1 − T times pixel area is μ·(π/4)d²·length, times the magnification squared
     // (here the wire lies in the isocentre plane, and obliquity is below 0.5 %).
-    CArm arm;
-    arm.detector_width = 200.0;
+    CArm arm{.detector_width = 200.0};
     Polyline joints;
     for (int i = 0; i <= 60; ++i) joints.emplace_back(i - 30.0, 0.0, 0.31 * (i - 30.0));
-    WireLook look;
-    look.marker_length = 0.0;
+    WireLook look{.marker_length = 0.0};
     constexpr double mu = 1e-3;
     WireImage wire;
     double mass = 0.0;
@@ -143,13 +139,10 @@ TEST(WireImage, OfAThinLongWireHasTheMassOfItsCrossSection) {
 }
 
 TEST(WireImage, SeenEndOnIsADiscOfItsFullLength) {
-    CArm arm;
-    arm.pixels = 256;
-    arm.detector_width = 60.0;
+    CArm arm{.detector_width = 60.0, .pixels = 256};
     Polyline joints;
     for (int i = 0; i <= 10; ++i) joints.emplace_back(0.0, 0.1 * i, 0.0);  // along the central ray, 1 mm long
-    WireLook look;
-    look.marker_length = 0.0;
+    WireLook look{.marker_length = 0.0};
     WireImage wire;
     const auto cast = wire.cast(arm, joints, look, {all(1.0), all(1.0)});
     double middle = 1.0;
@@ -164,8 +157,7 @@ TEST(WireImage, SeenEndOnIsADiscOfItsFullLength) {
 
 TEST(WireImage, AttenuatesByItsMetalLessWhatItDisplaces) {
     const auto bins = render::fit_bins(render::detected_spectrum(74.0));
-    WireLook look;
-    look.body_fill = 0.5;
+    WireLook look{.body_fill = 0.5};
     const auto mu = render::wire_attenuation(look, bins, all(0.1));
     const double steel = render::attenuation(render::Material::Steel, bins.energies[2]);
     const double platinum = render::attenuation(render::Material::Platinum, bins.energies[2]);
@@ -177,8 +169,7 @@ TEST(WireImage, MarkerTakesTheDistalLength) {
     CArm arm;
     Polyline joints;
     for (int i = 0; i <= 50; ++i) joints.emplace_back(i, 0.0, 0.0);
-    WireLook look;
-    look.marker_length = 10.5;
+    WireLook look{.marker_length = 10.5};
     WireImage wire;
     int light = 0, dark = 0;
     for (const auto& pixel : wire.cast(arm, joints, look, {all(0.0), all(5.0)})) {

@@ -20,6 +20,7 @@
 #include "physics/wire/chain.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
+#include "tests/physics/wires.h"
 
 namespace anatomy {
 namespace {
@@ -234,9 +235,7 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     const EntryPath path = path_from(anatomy, *find_end(anatomy, "side.out"));
     const Vec3 inward = -anatomy.ends[2].opening.outward_normal;
     physics::Chain wire = physics::uniform_wire(20, 1, path.points[0], inward, {inward, inward, inward});
-    physics::RelaxerConfig config;
-    config.kind = physics::RelaxerKind::Global;
-    const auto relaxer = physics::make_relaxer(config, *wall);
+    const auto relaxer = global_relaxer(*wall);
     for (int push = 0; push < 15; ++push) {
         physics::move(wire, wire.grid.segment_length);
         EXPECT_TRUE(relaxer->relax(wire, {100'000, 0, 1}).converged()) << push;
@@ -282,12 +281,10 @@ TEST(GeneratedAnatomy, AnotherTargetNeedsNoOtherVessels) {
 
 TEST_F(AnatomyWriter, LeavesNothingWhereItCannotWrite) {
     test::write(folder / "file", "in the way");
-    test::expect_said(test::refusal([&] { write_anatomy(small_anatomy(), folder / "file", {}); }),
-                      "cannot be made");
+    test::expect_refusal([&] { write_anatomy(small_anatomy(), folder / "file", {}); }, "cannot be made");
     std::filesystem::create_directory(folder / "out");
     std::filesystem::create_directory(folder / "out/small.anatomy.json");
-    test::expect_said(test::refusal([&] { write_anatomy(small_anatomy(), folder / "out", {}); }),
-                      "cannot be written");
+    test::expect_refusal([&] { write_anatomy(small_anatomy(), folder / "out", {}); }, "cannot be written");
     EXPECT_FALSE(std::filesystem::exists(folder / "out/small.stl"));
 }
 
