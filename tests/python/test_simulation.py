@@ -283,9 +283,7 @@ def test_walls_and_relaxers_may_be_set(cache):
 
 
 def test_a_scenario_may_be_a_dict(cache):
-    scenario = {"title": "A tube", "seed": 4, "tube": {"path": [{"run_mm": 150}], "radius_mm": 3.0},
-                "entry": {"end": "far", "inserted_mm": 60}, "target": {"centre_mm": [100, 0, 0], "radius_mm": 3.0},
-                "imaging": {"patient": False}}
+    scenario = dict(TUBE, entry={"end": "far", "inserted_mm": 60})
     with pytest.raises(sd.InputError, match="ends are: (.*)") as error:
         sd.Simulation(scenario, cache=cache)
     scenario["entry"]["end"] = str(error.value).rsplit(": ", 1)[1].split(", ")[0]

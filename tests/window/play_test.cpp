@@ -428,8 +428,7 @@ TEST(Play, BadArgumentsAreRefusedBeforeAWindowOpens) {
     };
     setenv("DISPLAY", ":987", 1);
     for (const auto& [words, said] : cases) {
-        const Outcome outcome = run(folder, words);
-        expect_refused(outcome, said);
+        expect_refused(run(folder, words), said);
     }
 }
 

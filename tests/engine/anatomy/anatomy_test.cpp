@@ -85,15 +85,11 @@ TEST(Anatomy, HashKnowsEveryPart) {
     EXPECT_NE(hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {2}}}; }), calcified);
 }
 
-TEST(Anatomy, MissingFileIsNamed) {
-    test::expect_said(test::refusal([] { load_anatomy("/nowhere/x.json"); }), "/nowhere/x.json");
-}
-
-TEST(Anatomy, BrokenJsonIsRefusedWithItsPlace) {
+TEST(Anatomy, MissingFileAndThePlaceInBrokenJsonAreNamed) {
+    test::expect_refusal([] { load_anatomy("/nowhere/x.json"); }, "/nowhere/x.json");
     const test::TemporaryFolder folder;
     test::write(folder / "x.anatomy.json", "{\n  \"format\": ,\n}");
-    const std::string text = test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
-    test::expect_said(text, "x.anatomy.json:2:13");
+    test::expect_refusal([&] { load_anatomy(folder / "x.anatomy.json"); }, "x.anatomy.json:2:13");
 }
 
 TEST(Anatomy, DescriptionsThatCannotBeAreRefusedWithTheirPlace) {
@@ -117,19 +113,15 @@ TEST(Anatomy, DescriptionsThatCannotBeAreRefusedWithTheirPlace) {
     }
 }
 
-TEST(Anatomy, InvertedLumenIsRefused) {
-    Anatomy anatomy = test::straight_tube("tube");
-    for (auto& t : anatomy.lumen.triangles) std::swap(t[1], t[2]);
-    ASSERT_EQ(problems(anatomy).size(), 1u);
-    test::expect_said(problems(anatomy)[0], "inward");
-    EXPECT_TRUE(problems(test::straight_tube("tube")).empty());
-}
-
-TEST(Anatomy, HoleInTheWallIsRefused) {
-    Anatomy anatomy = test::straight_tube("tube");
-    anatomy.lumen.triangles.erase(anatomy.lumen.triangles.begin() + 500);
-    ASSERT_EQ(problems(anatomy).size(), 1u);
-    test::expect_said(problems(anatomy)[0], "3 edges");
+TEST(Anatomy, InvertedLumenAndHoleInTheWallAreRefused) {
+    Anatomy inverted = test::straight_tube("tube"), holed = inverted;
+    EXPECT_TRUE(problems(inverted).empty());
+    for (auto& t : inverted.lumen.triangles) std::swap(t[1], t[2]);
+    holed.lumen.triangles.erase(holed.lumen.triangles.begin() + 500);
+    for (const auto& [anatomy, said] : {std::pair{inverted, "inward"}, {holed, "3 edges"}}) {
+        ASSERT_EQ(problems(anatomy).size(), 1u) << said;
+        test::expect_said(problems(anatomy)[0], said);
+    }
 }
 
 TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {

@@ -33,8 +33,7 @@ TEST_F(MeshFile, BinaryStlIsReadAndWelded) {
 }
 
 TEST_F(MeshFile, MissingMeshIsNamed) {
-    const std::string text = test::refusal([] { load_mesh("/nowhere/vessel.stl"); });
-    test::expect_said(text, "/nowhere/vessel.stl");
+    test::expect_refusal([] { load_mesh("/nowhere/vessel.stl"); }, "/nowhere/vessel.stl");
 }
 
 TEST_F(MeshFile, CornersThatAreNotNumbersAreRefused) {
@@ -100,7 +99,7 @@ TEST_F(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
 TEST_F(MeshFile, HugeFilesAreRefusedUnread) {
     test::write(folder / "zeros.stl", "");
     std::filesystem::resize_file(folder / "zeros.stl", std::uintmax_t{2} << 30);
-    test::expect_said(test::refusal([&] { load_mesh(folder / "zeros.stl"); }), "2147483648 bytes were found");
+    test::expect_refusal([&] { load_mesh(folder / "zeros.stl"); }, "2147483648 bytes were found");
     const std::uint32_t count = 10'000'000;
     std::string header(80, ' ');
     header.append(reinterpret_cast<const char*>(&count), sizeof count);
@@ -111,7 +110,7 @@ TEST_F(MeshFile, HugeFilesAreRefusedUnread) {
     test::expect_said(text, "4 million are accepted");
     test::write(folder / "zeros.obj", "");
     std::filesystem::resize_file(folder / "zeros.obj", std::uintmax_t{2} << 30);
-    test::expect_said(test::refusal([&] { load_mesh(folder / "zeros.obj"); }), "GB of memory");
+    test::expect_refusal([&] { load_mesh(folder / "zeros.obj"); }, "GB of memory");
 }
 
 TEST_F(MeshFile, AnObjFaceOfManyCornersIsRefusedUnread) {

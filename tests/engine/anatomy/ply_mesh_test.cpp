@@ -77,30 +77,26 @@ TEST(PlyMesh, SaysWhatIsWrongAndWhere) {
     const TriangleMesh tube = test::tube(2, 6, 6);
     const std::string text = text_ply(tube), binary = binary_ply(tube, false);
     const auto said = [](const std::string& bytes) { return refusal([&] { parse_ply(bytes, "a.ply"); }); };
+    const auto wrong = [&](const std::string& file, const char* from, const char* to, const char* expected) {
+        expect_said(said(test::replaced(file, from, to)), expected);
+    };
     expect_said(said("ply\nformat ascii 1.0\nelement vertex 3\n"),
                 "a.ply: no line 'end_header' in the first 38 bytes; a whole PLY file is accepted");
     expect_said(said("ply"), "no line 'end_header'");
-    expect_said(said(test::replaced(text, "ply\r\n", "plx\n")),
-                "a.ply:1: 'plx' was found; 'ply' at the start");
-    expect_said(said(test::replaced(text, "ascii", "asci")),
-                "a.ply:2: 'asci' was found; 'ascii', 'binary_little");
-    expect_said(said(test::replaced(text, "property double x", "property dubble x")),
-                "'dubble' was found; char, uchar");
-    expect_said(said(test::replaced(text, "property double x", "property double w")), "without x, y and z");
-    expect_said(said(test::replaced(text, "vertex_index", "vertices")), "without a list 'vertex_indices'");
-    expect_said(said(test::replaced(text, "list ushort", "list float")),
-                "a whole number's type for a list's length");
-    expect_said(said(test::replaced(text, "format", "element")), "was found");
-    expect_said(said(test::replaced(text, "3 0 ", "3 99 ")), "names corner 99; 0 to");
-    expect_said(said(test::replaced(text, "3 0 ", "1001 0 ")),
-                "a list of length 1001 in 'face' 0; 0 to 1000");
-    expect_said(said(test::replaced(text, "3 0 ", "x 0 ")), "'x' was found");
-    expect_said(said(test::replaced(text, "255 2", "255 nan")), "'nan' was found");
-    expect_said(said(test::replaced(binary, "element edge 1", "element edge 9")),
-                "9 of element 'edge' in the 3 bytes");
-    expect_said(said(test::replaced(binary, "element vertex", "element vertey")), "'face' before 'vertex'");
-    expect_said(said(test::replaced(text, "element vertex ", "element vertex 99999999")),
-                "of element 'vertex' in the");
+    wrong(text, "ply\r\n", "plx\n", "a.ply:1: 'plx' was found; 'ply' at the start");
+    wrong(text, "ascii", "asci", "a.ply:2: 'asci' was found; 'ascii', 'binary_little");
+    wrong(text, "property double x", "property dubble x", "'dubble' was found; char, uchar");
+    wrong(text, "property double x", "property double w", "without x, y and z");
+    wrong(text, "vertex_index", "vertices", "without a list 'vertex_indices'");
+    wrong(text, "list ushort", "list float", "a whole number's type for a list's length");
+    wrong(text, "format", "element", "was found");
+    wrong(text, "3 0 ", "3 99 ", "names corner 99; 0 to");
+    wrong(text, "3 0 ", "1001 0 ", "a list of length 1001 in 'face' 0; 0 to 1000");
+    wrong(text, "3 0 ", "x 0 ", "'x' was found");
+    wrong(text, "255 2", "255 nan", "'nan' was found");
+    wrong(binary, "element edge 1", "element edge 9", "9 of element 'edge' in the 3 bytes");
+    wrong(binary, "element vertex", "element vertey", "'face' before 'vertex'");
+    wrong(text, "element vertex ", "element vertex 99999999", "of element 'vertex' in the");
     for (std::size_t length = 0; length < binary.size(); length += 7)
         EXPECT_NE(said(binary.substr(0, length)), "") << length;
 }

@@ -130,27 +130,15 @@ TEST(PolyData, WhatIsWrongIsNamedWithItsPlace) {
     expect_said(vtp(">\n72 73", ">\n82 73"), "Lines: index 0 is 82; 0 to 81 is accepted");
     expect_said(vtp(">\n72 73", ">\nx72 73"), "a.vtp:22: 'x72' was found");
     expect_said(vtp("Float32", "Float16"), "type 'Float16' was found");
-    expect_said(refusal([] { parse_vtp("<VTKFile type=\"ImageData\"><ImageData/></VTKFile>", "a.vtp"); }),
-                "type 'ImageData' was found; type 'PolyData' is accepted");
-    expect_said(refusal([] {
-                    parse_legacy_vtk("# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_GRID\n",
-                                     "a.vtk");
-                }),
-                "a.vtk:4: 'STRUCTURED_GRID' was found; POLYDATA");
-    expect_said(
-        refusal([] {
-            parse_legacy_vtk(
-                "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n1 2 3\n4 5 nan\n",
-                "a.vtk");
-        }),
-        "a.vtk:7: 'nan' was found");
-    expect_said(
-        refusal([] {
-            parse_legacy_vtk(
-                "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET POLYDATA\nPOINTS 900000 float\n1 2 3\n",
-                "a.vtk");
-        }),
-        "the file ends 6 bytes into a coordinate");
+    test::expect_refusal([] { parse_vtp("<VTKFile type=\"ImageData\"><ImageData/></VTKFile>", "a.vtp"); },
+                         "type 'ImageData' was found; type 'PolyData' is accepted");
+    const auto vtk = [](const std::string& text) {
+        return refusal([&] { parse_legacy_vtk("# vtk DataFile Version 3.0\nx\n" + text, "a.vtk"); });
+    };
+    expect_said(vtk("ASCII\nDATASET STRUCTURED_GRID\n"), "a.vtk:4: 'STRUCTURED_GRID' was found; POLYDATA");
+    expect_said(vtk("ASCII\nDATASET POLYDATA\nPOINTS 2 float\n1 2 3\n4 5 nan\n"), "a.vtk:7: 'nan' was found");
+    expect_said(vtk("BINARY\nDATASET POLYDATA\nPOINTS 900000 float\n1 2 3\n"),
+                "the file ends 6 bytes into a coordinate");
 }
 
 TEST(PolyData, PackedZerosTakeNoMoreMemoryThanTheFileMay) {
@@ -169,8 +157,8 @@ TEST(PolyData, PackedZerosTakeNoMoreMemoryThanTheFileMay) {
         "<Points><DataArray type=\"Float32\" format=\"binary\">" +
         test::base64(head) + test::base64(packed.substr(0, size)) +
         "</DataArray></Points></Piece></PolyData></VTKFile>";
-    expect_said(refusal([&] { parse_vtp(text, "a.vtp"); }),
-                "an array of 268435456 bytes was found; up to 108");
+    test::expect_refusal([&] { parse_vtp(text, "a.vtp"); },
+                         "an array of 268435456 bytes was found; up to 108");
 }
 
 using MeshFile = test::InFolder;

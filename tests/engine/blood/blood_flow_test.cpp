@@ -54,7 +54,7 @@ TEST(BloodFlow, AnAuthorMayNameTheSource) {
     EXPECT_NEAR(flow.cells[0].centre.x(), 50, 1.5);
     EXPECT_DOUBLE_EQ(flow.sources[0].inflow, usual_flow(3));
     spec.source = "heart";
-    test::expect_said(refusal([&] { blood_flow(small_abdomen(), spec); }), "trunk.out");
+    test::expect_refusal([&] { blood_flow(small_abdomen(), spec); }, "trunk.out");
 }
 
 TEST(BloodFlow, SplitsByRadiusCubedAndWhatAnOrganAsksFor) {

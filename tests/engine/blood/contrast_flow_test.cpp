@@ -407,7 +407,7 @@ TEST(ContrastFlow, RefusesMoreThanTheLimitAndSaysWhatIsLeft) {
 
 TEST(ContrastFlow, RefusesInjectionsThatCannotBe) {
     ContrastFlow flow(small_abdomen());
-    test::expect_said(refusal([&] { flow.inject({std::string("RRA"), 5, 5, 300}); }), "LRA");
+    test::expect_refusal([&] { flow.inject({std::string("RRA"), 5, 5, 300}); }, "LRA");
     EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 0, 5, 300}); }).empty());
     EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 5, -1, 300}); }).empty());
     EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 5, 5, std::nan("")}); }).empty());

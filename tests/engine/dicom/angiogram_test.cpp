@@ -257,11 +257,11 @@ TEST_F(Angiograms, RefuseWhatTheyCannotKeep) {
     EXPECT_THROW(angiogram.add(render::Field(16, 16), technique, 0), std::invalid_argument);
     EXPECT_EQ(angiogram.frames(), 0);
     angiogram.add(render::GrayImage{16, 16, std::vector<std::uint8_t>(256)}, technique, 0);
-    expect_said(refusal([&] { angiogram.write("/proc/nope/a.dcm"); }),
-                "/proc/nope/a.dcm: cannot be written: No such file or directory");
+    test::expect_refusal([&] { angiogram.write("/proc/nope/a.dcm"); },
+                         "/proc/nope/a.dcm: cannot be written: No such file or directory");
     fs::create_symlink("/dev/full", folder / "full.dcm");
-    expect_said(refusal([&] { angiogram.write(folder / "full.dcm"); }),
-                "full.dcm: cannot be written: No space left on device");
+    test::expect_refusal([&] { angiogram.write(folder / "full.dcm"); },
+                         "full.dcm: cannot be written: No space left on device");
 }
 
 }  // namespace test

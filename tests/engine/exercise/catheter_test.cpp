@@ -22,16 +22,10 @@ namespace {
 using script::Held;
 using Commands = std::vector<script::Command>;
 
-const std::filesystem::path& catalogue() {
-    static const std::filesystem::path folder = test::asset("devices");
-    return folder;
-}
-
 /// The bent tube with a 5F Berenstein catheter.
 scenario::Scenario with_catheter(const std::string& more = "", const std::string& device = "berenstein5f") {
-    return scenario::parse_scenario(
-        std::string(test::small_toml) + "[catheter]\ndevice = \"" + device + "\"\n" + more, "small.toml",
-        catalogue());
+    return test::small_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"" + device + "\"\n" +
+                                more);
 }
 
 /// Makes frames until nothing waits.
@@ -104,10 +98,8 @@ scenario::Scenario with_microcatheter() {
     std::string text = test::small_toml;
     text.replace(text.find("device = \"glide035\""), 19, "device = \"floppy014\"");
     text.replace(text.find("[chain]\ntorsion = \"rigid\""), 25, "[chain]\nsegment_length_mm = 2.0");
-    return scenario::parse_scenario(text +
-                                        "[microcatheter]\ndevice = \"micro17\"\n[catheter]\ndevice = "
-                                        "\"berenstein5f\"\n",
-                                    "small.toml", catalogue());
+    return test::small_scenario(
+        text + "[microcatheter]\ndevice = \"micro17\"\n[catheter]\ndevice = \"berenstein5f\"\n");
 }
 
 TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
@@ -220,24 +212,20 @@ TEST(Catheter, ShaftsOfAChainTwistSegmentBySegment) {
 }
 
 TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
-    const auto refused = [](const std::string& toml) {
-        return test::refusal(
-            [&] { const scenario::Scenario s = scenario::parse_scenario(toml, "small.toml", catalogue()); });
+    const auto refused = [](const std::string& section) {
+        return test::refusal([&] { test::small_scenario(test::small_toml + section); });
     };
-    const std::string small = test::small_toml;
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra\"\n"), "is no device");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"rosen035\"\n"), "a wire");
-    test::expect_said(refused(small + "[catheter]\n"), "device");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninner_diameter_mm = 0.8\n"),
+    test::expect_said(refused("[catheter]\ndevice = \"cobra\"\n"), "is no device");
+    test::expect_said(refused("[catheter]\ndevice = \"rosen035\"\n"), "a wire");
+    test::expect_said(refused("[catheter]\n"), "device");
+    test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\ninner_diameter_mm = 0.8\n"),
                       "does not fit a catheter's lumen of 0.8 mm");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nouter_diameter_mm = 10.1\n"),
+    test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\nouter_diameter_mm = 10.1\n"),
                       "outer_diameter_mm = 10.1");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninserted_mm = 900\n"),
-                      "cannot be in");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nlength_mm = nan\n"), "length_mm");
+    test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\ninserted_mm = 900\n"), "cannot be in");
+    test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\nlength_mm = nan\n"), "length_mm");
 
-    test::expect_said(test::refusal([] { Simulation(with_catheter("inserted_mm = 200\n")); }),
-                      "cannot start inside");
+    test::expect_refusal([] { Simulation(with_catheter("inserted_mm = 200\n")); }, "cannot start inside");
     const Simulation alone(test::small_scenario());
     const Simulation simulation(with_catheter());
     const auto said = [](const Simulation& s, const std::string& text) {
@@ -252,10 +240,8 @@ TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
     EXPECT_EQ(said(simulation, "0 remove wire\n1 exchange wire rosen035\n"), "");
     test::expect_said(said(simulation, "0 inject 5 ml at 40 ml/s through catheter\n"), "ml/s at most");
     EXPECT_THROW(Simulation(test::small_scenario()).apply(script::Remove{}), io::InputError);
-    test::expect_said(test::refusal([] { script::parse_commands("0 remove both\n", "x.gw"); }),
-                      "expected one of: wire");
-    test::expect_said(test::refusal([] { script::parse_commands("0 advance cath 5 mm\n", "x.gw"); }),
-                      "number");
+    test::expect_refusal([] { script::parse_commands("0 remove both\n", "x.gw"); }, "expected one of: wire");
+    test::expect_refusal([] { script::parse_commands("0 advance cath 5 mm\n", "x.gw"); }, "number");
 }
 
 TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {

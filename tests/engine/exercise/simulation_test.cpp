@@ -277,22 +277,16 @@ TEST(Simulation, ResetEqualsAFreshLoad) {
     EXPECT_EQ(used.state_hash(), fresh.state_hash());
 }
 
-TEST(Simulation, UnknownEndAndTargetAreRefusedWithThoseThereAre) {
+TEST(Simulation, StartsAndTargetsThatCannotBeAreRefusedWithThoseThereAre) {
     const std::string end = refusal_with("end = \"start\"", "end = \"groin\"");
     test::expect_said(end, "small.toml:10:");
     test::expect_said(end, "start, end");
     test::expect_said(refusal_with("name = \"end\"", "name = \"heart\""), "targets are: end");
-}
-
-TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
-    const std::string text = refusal_with("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
-    test::expect_said(text, "outside the anatomy");
-    test::expect_said(text, "small.toml:");
-}
-
-TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
-    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0"), "cannot start inside");
-    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 3.9"), "cannot start inside");
+    const std::string outside = refusal_with("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
+    test::expect_said(outside, "outside the anatomy");
+    test::expect_said(outside, "small.toml:");
+    for (const char* inserted : {"inserted_mm = 500.0", "inserted_mm = 3.9"})
+        test::expect_said(refusal_with("inserted_mm = 20.0", inserted), "cannot start inside");
 }
 
 TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {

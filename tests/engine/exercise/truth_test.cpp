@@ -147,8 +147,8 @@ TEST(Truth, FollowsVesselsThatMove) {
 TEST(Truth, ARunWritesItBesideEachImage) {
     const test::TemporaryFolder folder;
     run::RunOptions options;
-    options.truth = true;
     options.every = 2;
+    options.truth = true;
     run::run_headless(test::small_scenario(),
                       script::parse_commands("0 beam on\n1 advance 3 mm\n4 end\n", "x.gw"), folder / "out",
                       options);

@@ -44,7 +44,7 @@ TEST(Csv, RefusalsNameLineAndColumn) {
     EXPECT_EQ(points_refusal(header + "1,2,3,4\n"), "a.csv:2:7: '4' is one column too many; 3 are accepted");
     EXPECT_EQ(points_refusal(header + "1,2,3\n\n4,5,6\n"),
               "a.csv:3:1: '' was found; a finite number is accepted");
-    test::expect_said(refusal([] { load_points("/nowhere.csv"); }), "/nowhere.csv: no such file");
+    test::expect_refusal([] { load_points("/nowhere.csv"); }, "/nowhere.csv: no such file");
 }
 
 TEST(Csv, NoWordBeginsAsAFormula) {

@@ -19,8 +19,9 @@ TEST(Depth, OfJsonIsLimited) {
     EXPECT_EQ(test::refusal([] { check_json_depth(repeated("{\"a\":[]},", 200), "a.json"); }), "");
     EXPECT_EQ(test::refusal([] { check_json_depth("\"" + repeated("[", 100) + "\\\"[" + "\"", "a.json"); }),
               "");
-    test::expect_said(test::refusal([] { check_json_depth("\n\n" + repeated("[", 100'000), "a.json"); }),
-                      "a.json:3: more than 64 levels, one within another, were found; up to 64 are accepted");
+    test::expect_refusal(
+        [] { check_json_depth("\n\n" + repeated("[", 100'000), "a.json"); },
+        "a.json:3: more than 64 levels, one within another, were found; up to 64 are accepted");
 }
 
 TEST(Depth, OfTomlCountsBracketsAndDots) {
@@ -36,7 +37,7 @@ TEST(Depth, OfTomlCountsBracketsAndDots) {
          {repeated("a.", 100'000) + "a = 1\n", "[" + repeated("a.", 100'000) + "a]\n",
           "x = " + repeated("[", 100'000), "\nx = " + repeated("{a=", 100'000),
           repeated("\"a\".", 100'000) + "a = 1"})
-        test::expect_said(test::refusal([&] { check_toml_depth(deep, "a.toml"); }), "more than 64 levels");
+        test::expect_refusal([&] { check_toml_depth(deep, "a.toml"); }, "more than 64 levels");
 }
 
 TEST(Depth, MessagesAreShortAndWithoutControlCharacters) {

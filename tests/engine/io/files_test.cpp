@@ -35,8 +35,8 @@ TEST_F(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
 
 TEST_F(Files, FailedWriteNamesThePathAndTheReason) {
     test::write(folder / "file", "");
-    const std::string text = test::refusal([&] { write_whole(folder / "file/a.txt", "x"); });
-    test::expect_said(text, "file/a.txt: cannot be written: Not a directory");
+    test::expect_refusal([&] { write_whole(folder / "file/a.txt", "x"); },
+                         "file/a.txt: cannot be written: Not a directory");
 }
 
 TEST_F(Files, FullDiskIsToldAndLeavesNothing) {
@@ -62,8 +62,7 @@ TEST_F(Files, LinksAndDevicesStayWhatTheyAre) {
     EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
     EXPECT_EQ(test::read(folder / "target"), "new");
     std::filesystem::create_symlink("/dev/full", folder / "full");
-    const std::string text = test::refusal([&] { write_whole(folder / "full", "x"); });
-    test::expect_said(text, "No space left");
+    test::expect_refusal([&] { write_whole(folder / "full", "x"); }, "No space left");
     EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);
 }
@@ -81,7 +80,7 @@ TEST_F(Files, TheTargetOfALinkToNothingIsMade) {
     std::filesystem::create_symlink("circle", folder / "circle");
     EXPECT_NE(test::refusal([&] { write_whole(folder / "circle", "x"); }), "");
     std::filesystem::create_symlink("nowhere/x", folder / "lost");
-    test::expect_said(test::refusal([&] { require_writable(folder / "lost"); }), "No such file");
+    test::expect_refusal([&] { require_writable(folder / "lost"); }, "No such file");
 }
 
 TEST_F(Files, AnInputNamedLikeAPartIsLeftAlone) {
@@ -100,13 +99,13 @@ TEST_F(Files, GrowingFileShowsEachPieceAtOnce) {
 
 TEST_F(Files, GrowingFileOnAFullDiskIsTold) {
     GrowingFile file("/dev/full");
-    test::expect_said(test::refusal([&] { file.append("x"); }), "No space left");
+    test::expect_refusal([&] { file.append("x"); }, "No space left");
 }
 
 TEST_F(Files, GrowingFileHasOneWriter) {
     GrowingFile file(folder / "log");
     file.append("one\n");
-    test::expect_said(test::refusal([&] { GrowingFile(folder / "log"); }), "another process is writing it");
+    test::expect_refusal([&] { GrowingFile(folder / "log"); }, "another process is writing it");
     EXPECT_EQ(test::read(folder / "log"), "one\n");
 }
 
@@ -130,8 +129,8 @@ TEST_F(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
 TEST_F(Files, HugeFileIsRefusedBeforeItIsRead) {
     test::write(folder / "a.txt", "");
     std::filesystem::resize_file(folder / "a.txt", largest_text + 1);  // takes no room on the disk
-    test::expect_said(test::refusal([&] { read_text(folder / "a.txt", "poem", "verses are accepted"); }),
-                      "up to 2000 million are accepted");
+    test::expect_refusal([&] { read_text(folder / "a.txt", "poem", "verses are accepted"); },
+                         "up to 2000 million are accepted");
 }
 
 TEST_F(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {
@@ -167,8 +166,8 @@ TEST(OwnFolder, SecondOneIsRefusedWithTheProcessOfTheFirst) {
     const test::TemporaryFolder folder;
     {
         const OwnFolder first(folder / "out");
-        test::expect_said(test::refusal([&] { OwnFolder(folder / "out"); }),
-                          fmt::format("out: process {} is writing to this folder", ::getpid()));
+        test::expect_refusal([&] { OwnFolder(folder / "out"); },
+                             fmt::format("out: process {} is writing to this folder", ::getpid()));
         EXPECT_TRUE(std::filesystem::is_directory(folder / "out"));
         EXPECT_EQ(test::refusal([&] { OwnFolder(folder / "out", "other"); }), "");
     }
@@ -217,7 +216,7 @@ TEST(OwnFolder, PlaceThatCannotBeWrittenIsRefused) {
         EXPECT_NE(test::refusal([&] { OwnFolder own(path); }).find("the output folder cannot be made"),
                   std::string::npos)
             << path;
-    test::expect_said(test::refusal([&] { OwnFolder own("/proc"); }), "cannot be written");
+    test::expect_refusal([&] { OwnFolder own("/proc"); }, "cannot be written");
 }
 
 }  // namespace io

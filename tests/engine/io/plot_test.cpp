@@ -22,10 +22,7 @@ TEST(Plot, AFailureOfGnuplotIsTold) {
 }
 
 TEST(Plot, AFolderThatIsNotThereIsRefused) {
-    test::expect_said(test::refusal([] {
-                          write_plot({"a", ""}, "/nowhere");
-                      }),
-                      "/nowhere/a.gp: cannot be written");
+    test::expect_refusal([] { write_plot({"a", ""}, "/nowhere"); }, "/nowhere/a.gp: cannot be written");
 }
 
 }  // namespace io

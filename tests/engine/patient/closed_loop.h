@@ -56,13 +56,11 @@ inline LoopErrors closed_loop(const std::filesystem::path& file, double voxel, i
     LoopErrors errors;
     const double views[3][2] = {{0, 0}, {90, 0}, {35, 20}};
     for (int view = 0; view < 3; ++view) {
-        render::CArm arm;
-        arm.lao = views[view][0] * geometry::degree;
-        arm.cranial = views[view][1] * geometry::degree;
-        arm.detector_width = 200;
-        arm.pixels = pixels;
-        render::Exposure exposure;
-        exposure.kvp = 80;
+        render::CArm arm{.lao = views[view][0] * geometry::degree,
+                         .cranial = views[view][1] * geometry::degree,
+                         .detector_width = 200,
+                         .pixels = pixels};
+        render::Exposure exposure{.kvp = 80};
         const Field a = meshes.expected_quanta(arm, {}, exposure), b = ct.expected_quanta(arm, {}, exposure);
         Field open = nothing.expected_quanta(arm, {}, exposure);
         // From the tube's output without a patient to that with one.

@@ -59,8 +59,7 @@ TEST(CtCleaning, TheTableGoesAndLungsStay) {
 
     CtImage nothing = body;
     std::fill(nothing.hu.begin(), nothing.hu.end(), std::int16_t{-1000});
-    test::expect_said(test::refusal([&] { remove_surroundings(nothing, "x.nii"); }),
-                      "x.nii: no body was found");
+    test::expect_refusal([&] { remove_surroundings(nothing, "x.nii"); }, "x.nii: no body was found");
 }
 
 TEST(CtCleaning, LegsAreBothKept) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 
 #include "engine/exercise/imaging.h"
 #include "engine/patient/mesh_coverage.h"
@@ -14,6 +13,7 @@
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
+#include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/fixtures.h"
 #include "tests/engine/patient/closed_loop.h"
 
@@ -21,20 +21,6 @@ namespace patient {
 namespace {
 
 using geometry::Vec3;
-
-void write_stl(const std::filesystem::path& path, const geometry::TriangleMesh& mesh,
-               std::size_t left_out = 0) {
-    std::string text = "solid a\n";
-    for (std::size_t t = left_out; t < mesh.triangles.size(); ++t) {
-        text += "facet normal 0 0 0\nouter loop\n";
-        for (const int c : mesh.triangles[t])
-            text += fmt::format("vertex {} {} {}\n", mesh.vertices[static_cast<std::size_t>(c)].x(),
-                                mesh.vertices[static_cast<std::size_t>(c)].y(),
-                                mesh.vertices[static_cast<std::size_t>(c)].z());
-        text += "endloop\nendfacet\n";
-    }
-    test::write(path, text + "endsolid a\n");
-}
 
 /// A body of 60 mm around the small scenario's tube.
 std::vector<render::TissueLayer> small_body() {
@@ -129,8 +115,7 @@ TEST_F(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
     const blood::ContrastFlow contrast(anatomy);
     const auto image = [&](const scenario::Scenario& of) {
         exercise::ImagingChain imaging = exercise::make_imaging(of, anatomy, contrast, cache);
-        render::Exposure exposure;
-        exposure.kvp = 70;
+        render::Exposure exposure{.kvp = 70};
         return imaging.fluoroscope.expected_quanta(of.c_arm, {}, exposure).values;
     };
     const std::vector<float> first = image(scenario);
@@ -149,8 +134,7 @@ TEST_F(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
     // The body is that of the mesh.
     scenario::Scenario air = test::small_scenario();
     render::Fluoroscope meshes({}, small_body());
-    render::Exposure exposure;
-    exposure.kvp = 70;
+    render::Exposure exposure{.kvp = 70};
     const std::vector<float> expected = meshes.expected_quanta(air.c_arm, {}, exposure).values;
     const std::size_t middle = expected.size() / 2 + 32;
     EXPECT_NEAR(first[middle], expected[middle], 0.03 * expected[middle]);
@@ -190,8 +174,10 @@ TEST_F(CtPatient, PlacesTurnAboutXThenYThenZAndThenMove) {
 TEST_F(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
     auto bone = render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16);
     for (auto& triangle : bone.triangles) std::swap(triangle[1], triangle[2]);  // inside out
-    write_stl(folder / "bone.stl", bone);
-    write_stl(folder / "open.stl", bone, 3);
+    test::write(folder / "bone.stl", test::text_stl(bone));
+    geometry::TriangleMesh holed_bone = bone;
+    holed_bone.triangles.erase(holed_bone.triangles.begin(), holed_bone.triangles.begin() + 3);
+    test::write(folder / "open.stl", test::text_stl(holed_bone));
     const std::string mesh = "[[patient.mesh]]\nfile = \"bone.stl\"\nmaterial = \"cortical bone\"\n";
     const scenario::Scenario scenario =
         with_patient(folder, "shift_mm = [5, 0, 0]\n" + mesh + "inside = \"adipose\"\n");
@@ -209,7 +195,7 @@ TEST_F(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
     EXPECT_GT(layers.size(), 5u);  // with the procedural body
 
     // One that is named as an organ takes its contrast.
-    write_stl(folder / "left kidney.stl", bone);
+    test::write(folder / "left kidney.stl", test::text_stl(bone));
     std::string kidney = mesh;
     kidney.replace(kidney.find("bone.stl"), 8, "left kidney.stl");
     kidney.replace(kidney.find("cortical bone"), 13, "soft tissue");
@@ -232,7 +218,7 @@ TEST_F(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
 }
 
 TEST_F(CtPatient, AMeshFarFromThePatientIsRefused) {
-    write_stl(folder / "bone.stl", render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16));
+    test::write(folder / "bone.stl", test::text_stl(render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16)));
     const scenario::Scenario far =
         with_patient(folder,
                      "shift_mm = [9999, 0, 0]\n[[patient.mesh]]\nfile = \"bone.stl\"\nmaterial = \"cortical "

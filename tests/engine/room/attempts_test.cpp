@@ -81,7 +81,7 @@ TEST(Attempts, SayWhatCannotBeWritten) {
     const test::TemporaryFolder folder;
     for (const char* place : {"/proc/nope", "/proc/nope/", "/no/such/folder/run.gw", "/dev/full"}) {
         const Attempts attempts{fs::path(place)};
-        test::expect_said(test::refusal([&] { attempts.require_writable(); }), place);
+        test::expect_refusal([&] { attempts.require_writable(); }, place);
     }
     Attempts(folder / "new/folders/").require_writable();
     EXPECT_FALSE(fs::exists(folder / "new"));

@@ -44,7 +44,7 @@ TEST(Keys, WhatIsWrongIsNamedWithItsLineAndWhatIsAccepted) {
     expect_said(said("[[injection]]\nname = \"no key\"\n"), "key");
     expect_said(said("[[injection]]\nkey = \"F1\"\nvolume_ml = -3\n"), "my.toml:3:");
     expect_said(said("[keys\n"), "my.toml:1:");
-    expect_said(refusal([] { load_keys("/no/such.toml"); }), "/no/such.toml");
+    test::expect_refusal([] { load_keys("/no/such.toml"); }, "/no/such.toml");
     // All of it at once.
     const std::string all = said("[keys]\nadvance = \"Upp\"\nwithdraw = \"Downn\"\n[hand]\nrun_up_s = -1\n");
     EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 2) << all;

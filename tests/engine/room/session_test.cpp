@@ -63,8 +63,8 @@ Input holding(std::initializer_list<Action> held) {
 run::RunResult replayed(const std::filesystem::path& recording) {
     const script::CommandScript script = script::load_commands(recording);
     run::RunOptions options;
-    options.expect = recording;
     options.images = false;
+    options.expect = recording;
     return run::run_headless(test::small_scenario(), script, options);
 }
 

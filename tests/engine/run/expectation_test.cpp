@@ -112,7 +112,7 @@ TEST(Expectation, ADamagedImageIsRefusedBeforeTheFirstFrame) {
     test::write(folder / "run.gw", "state 1 000000000000000a\n");
     test::write(folder / "frames/frame_000002.png", "no image");
     Expectation expectation;
-    test::expect_said(test::refusal([&] { expectation.add(folder.path()); }), "frame_000002.png");
+    test::expect_refusal([&] { expectation.add(folder.path()); }, "frame_000002.png");
 }
 
 }  // namespace run

@@ -29,11 +29,12 @@ TEST(FrameSink, AllFramesAreThereWhenItHasFinished) {
 TEST(FrameSink, FailureOnTheWorkerReachesTheCaller) {
     const test::TemporaryFolder folder;
     PngFolder sink(folder / "missing");
-    const std::string text = test::refusal([&] {
-        for (int frame = 0; frame < 40; ++frame) sink.accept(frame, test::plain(8, 8, 0));
-        sink.finish();
-    });
-    test::expect_said(text, "frame_000000.png");
+    test::expect_refusal(
+        [&] {
+            for (int frame = 0; frame < 40; ++frame) sink.accept(frame, test::plain(8, 8, 0));
+            sink.finish();
+        },
+        "frame_000000.png");
 }
 
 TEST(FrameSink, FullDiskLeavesNoHalfFrame) {

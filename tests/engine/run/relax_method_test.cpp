@@ -65,7 +65,7 @@ TEST(RelaxMethod, OthersAreRefusedWithTheList) {
                   std::string::npos)
             << word;
     }
-    test::expect_said(test::refusal([] { parse_method("segment:2:quick"); }), "has no 'quick'");
+    test::expect_refusal([] { parse_method("segment:2:quick"); }, "has no 'quick'");
 }
 
 }  // namespace run

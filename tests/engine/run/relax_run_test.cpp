@@ -83,7 +83,7 @@ TEST(RelaxCase, TheWallMayBeStifferInPlacesByASeedOrAFileOfTerms) {
             << word;
     }
     given.request.wall_variation.reset();
-    test::expect_said(test::refusal([&] { make_relax_case(given.request); }), "--wall-variation-length");
+    test::expect_refusal([&] { make_relax_case(given.request); }, "--wall-variation-length");
 }
 
 TEST(RelaxCase, TheEntryDirectionIsMadeUnit) {
@@ -170,7 +170,7 @@ TEST(RelaxRun, FilesAreAllThereOrNone) {
     const RelaxFiles files{given.folder / "j.csv", given.folder / "no/r.json"};
     EXPECT_NE(test::refusal([&] { write_files(files, outcome); }), "");
     EXPECT_FALSE(std::filesystem::exists(files.joints));
-    test::expect_said(test::refusal([&] { check_files(files, given.request); }), "there is no folder");
+    test::expect_refusal([&] { check_files(files, given.request); }, "there is no folder");
 }
 
 }  // namespace run

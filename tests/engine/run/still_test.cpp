@@ -30,15 +30,9 @@ TEST(Still, CarriesOutTheCommandsUpToItsFrame) {
 }
 
 TEST(Still, TurnsTheArmAndKeepsWhatTheScriptSet) {
-    StillRequest turned;
-    turned.lao = 0.5;
+    const StillRequest turned{.lao = 0.5}, both{.lao = 0.5, .cranial = 10 * std::numbers::pi / 180};
     EXPECT_NE(still(turned), still({}));
-    EXPECT_EQ(still(turned, "0 arm cranial 10 deg\n"), [] {
-        StillRequest both;
-        both.lao = 0.5;
-        both.cranial = 10 * std::numbers::pi / 180;
-        return still(both);
-    }());
+    EXPECT_EQ(still(turned, "0 arm cranial 10 deg\n"), still(both));
 }
 
 TEST(Still, ModesShowVesselsWithoutAScriptThatInjects) {
@@ -53,10 +47,9 @@ TEST(Still, ModesShowVesselsWithoutAScriptThatInjects) {
 }
 
 TEST(Still, RefusesWhatCannotBeFollowed) {
-    StillRequest beyond;
-    beyond.lao = 3;
-    test::expect_said(test::refusal([&] { still(beyond); }), "within 120 degrees");
-    test::expect_said(test::refusal([&] { still({}, "0 inject 5 ml at 5 ml/s into nowhere\n"); }), "nowhere");
+    StillRequest beyond{.lao = 3};
+    test::expect_refusal([&] { still(beyond); }, "within 120 degrees");
+    test::expect_refusal([&] { still({}, "0 inject 5 ml at 5 ml/s into nowhere\n"); }, "nowhere");
     EXPECT_NE(test::refusal([&] { write_picture("/nowhere/x.png", still({})); }), "");
 }
 

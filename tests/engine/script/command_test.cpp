@@ -133,8 +133,7 @@ TEST(Command, ShiftsOfTheMaskAreReadAndRefused) {
                               "0 shift auto 3", "0 shift by auto", "0 shift 1 2 3"})
         EXPECT_NE(refusal_of(wrong), "") << wrong;
     // A quarter of an image of 128 pixels.
-    render::CArm arm;
-    arm.pixels = 128;
+    render::CArm arm{.pixels = 128};
     EXPECT_TRUE(problems(parse("0 shift 32 -32\n"), arm, 15).empty());
     const std::vector<std::string> found = problems(parse("0 shift 0 0\n7 shift 3 -32.5\n"), arm, 15);
     ASSERT_EQ(found.size(), 1u);
@@ -223,41 +222,27 @@ TEST(Command, UnknownCommandIsRefusedWithItsPlaceAndTheCommandsThereAre) {
     test::expect_said(text, "withdraw");
 }
 
-TEST(Command, WrongOrMissingUnitIsRefused) {
+TEST(Command, NumbersThatAreNotFiniteAreRefused) {
+    for (const char* wrong :
+         {"0 advance nan mm", "0 advance inf mm", "0 rotate -nan deg", "0 arm isocentre 0 nan 0 mm"})
+        EXPECT_NE(refusal_of(wrong), "") << wrong;
+}
+
+TEST(Command, LinesThatCannotBeAreRefusedWithWhatIsAccepted) {
     EXPECT_EQ(refusal_of("5 advance 3 cm"), "x.gw:1:13: 'cm' was found; the unit 'mm' is accepted");
     EXPECT_EQ(refusal_of("5 advance 3"), "x.gw:1:12: the line ends here; the unit 'mm' is accepted");
-    EXPECT_NE(refusal_of("5 rotate 3 rad"), "");
-}
-
-TEST(Command, FramesOutOfOrderAreRefused) {
-    const std::string text = refusal_of("5 beam on\n4 beam off\n");
-    EXPECT_EQ(text, "x.gw:2:1: '4' was found; frames stand in order: 5 or later is accepted");
-    EXPECT_NE(refusal_of("9..5 advance 1 mm"), "");
-    EXPECT_NE(refusal_of("state 5 0123456789abcdef\nstate 4 0123456789abcdef"), "");
-}
-
-TEST(Command, NumbersThatAreNotFiniteAreRefused) {
-    EXPECT_NE(refusal_of("0 advance nan mm"), "");
-    EXPECT_NE(refusal_of("0 advance inf mm"), "");
-    EXPECT_NE(refusal_of("0 rotate -nan deg"), "");
-    EXPECT_NE(refusal_of("0 arm isocentre 0 nan 0 mm"), "");
-}
-
-TEST(Command, AbsurdAmountsAreRefused) {
-    const std::string text = refusal_of("0 advance 1e9 mm");
-    EXPECT_EQ(text, "x.gw:1:11: '1e9' was found; a number from 0 to 500 is accepted, in mm");
-    EXPECT_NE(refusal_of("0 rotate 36001 deg"), "");
-    EXPECT_NE(refusal_of("0 advance -5 mm"), "");  // that is withdraw
-    EXPECT_NE(refusal_of("1000001 beam on"), "");
-    EXPECT_NE(refusal_of("-1 beam on"), "");
-    EXPECT_NE(refusal_of("0 advance 1e999 mm"), "");
-}
-
-TEST(Command, NothingMayFollowOnALineOrAfterTheEnd) {
-    EXPECT_NE(refusal_of("0 reset now"), "");
-    EXPECT_NE(refusal_of("5 end\n6 beam on"), "");
-    EXPECT_NE(refusal_of("8 beam on\n8..20 advance 1 mm\n9 end"), "");
+    EXPECT_EQ(refusal_of("5 beam on\n4 beam off\n"),
+              "x.gw:2:1: '4' was found; frames stand in order: 5 or later is accepted");
+    EXPECT_EQ(refusal_of("0 advance 1e9 mm"),
+              "x.gw:1:11: '1e9' was found; a number from 0 to 500 is accepted, in mm");
     EXPECT_EQ(refusal_of("5 end\nstate 5 0123456789abcdef"), "");
+    for (const char* wrong : {"5 rotate 3 rad", "9..5 advance 1 mm",
+                              "state 5 0123456789abcdef\nstate 4 0123456789abcdef", "0 rotate 36001 deg",
+                              "0 advance -5 mm",  // that is withdraw
+                              "1000001 beam on", "-1 beam on", "0 advance 1e999 mm",
+                              // Nothing may follow on a line or after the end.
+                              "0 reset now", "5 end\n6 beam on", "8 beam on\n8..20 advance 1 mm\n9 end"})
+        EXPECT_NE(refusal_of(wrong), "") << wrong;
 }
 
 TEST(Command, EverythingWrongIsListed) {
@@ -283,7 +268,7 @@ TEST(Command, ArmThatNoStandCanFollowIsToldWithItsLine) {
 }
 
 TEST(Command, MissingFileIsNamed) {
-    test::expect_said(test::refusal([] { load_commands("/nowhere/x.gw"); }), "/nowhere/x.gw");
+    test::expect_refusal([] { load_commands("/nowhere/x.gw"); }, "/nowhere/x.gw");
 }
 
 }  // namespace script

@@ -63,7 +63,7 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
 }
 
 TEST(Recording, UnwritablePlaceIsRefused) {
-    test::expect_said(test::refusal([] { Recording("/nowhere/run.gw", {}); }), "/nowhere/run.gw");
+    test::expect_refusal([] { Recording("/nowhere/run.gw", {}); }, "/nowhere/run.gw");
 }
 
 }  // namespace script

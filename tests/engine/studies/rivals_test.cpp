@@ -44,10 +44,7 @@ std::vector<Vec3> straight_nodes(int n, double length) {
 
 /// The deflection of a clamped rod 20 mm long under a small force across its end.
 double deflection(Kind kind, int n, double force) {
-    RodSpec spec;
-    spec.segment_length = 20.0 / n;
-    spec.axial = 1e4;
-    spec.load = {0, force, 0};
+    RodSpec spec{.segment_length = 20.0 / n, .axial = 1e4, .load = {0, force, 0}};
     const auto rod = make_rival(kind, spec);
     rod->start(straight_nodes(n, spec.segment_length));
     rod->advance(kind == Kind::Beam ? 100 : 30'000);
@@ -150,8 +147,7 @@ TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
     exact.clamp_at(0);
     EXPECT_NEAR(-exact.y, 0.49346, 1e-5);  // K. E. Bisshopp, D. C. Drucker, 1945
     const int n = 20;
-    RodSpec spec;
-    spec.axial = 1e5;
+    RodSpec spec{.axial = 1e5};
     spec.load = {0, 2 * spec.bending / (n * n), 0};
     for (const Kind kind : {Kind::Position, Kind::Chain, Kind::Beam}) {
         const auto rod = make_rival(kind, spec);
@@ -164,8 +160,7 @@ TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
 
 TEST(Rivals, TheBeamsEnergyNeverRisesAndAllEndAtTheSameRest) {
     const Tube& tube = bent_tube();
-    RodSpec spec;
-    spec.axial = 1e5;
+    RodSpec spec{.axial = 1e5};
     const std::vector<Vec3> start = centreline_nodes(tube, 44);
     const auto beam = make_rival(Kind::Beam, spec, &tube);
     beam->start(start);

@@ -53,15 +53,16 @@ TEST_F(Shards, NumbersOutOfRangeAreRefused) {
         EXPECT_NE(test::refusal([&] { io::parse_shard(text); }).find("i/n with 1 <= i <= n"),
                   std::string::npos)
             << text;
-    test::expect_said(test::refusal([&] { make_shard(folder, "a", "1/41"); }), "up to 40, one a piece");
+    test::expect_refusal([&] { make_shard(folder, "a", "1/41"); }, "up to 40, one a piece");
     EXPECT_FALSE(std::filesystem::exists(folder / "a"));
 }
 
 TEST_F(Shards, StudiesThatCannotBeCutAreRefused) {
-    const std::string message = test::refusal([&] {
-        run_shard(find_study("cost"), {1, 2}, folder / "a", quick_options());
-    });
-    test::expect_said(message, "'cost' cannot be cut; those that can: wall-variation");
+    test::expect_refusal(
+        [&] {
+            run_shard(find_study("cost"), {1, 2}, folder / "a", quick_options());
+        },
+        "'cost' cannot be cut; those that can: wall-variation");
 }
 
 TEST_F(Shards, OfDifferentRunsAreNotMerged) {

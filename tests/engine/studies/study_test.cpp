@@ -27,7 +27,7 @@ TEST_F(Studies, HaveNamesOfTheirOwnAndAQuestion) {
         EXPECT_TRUE(study.question.ends_with('?')) << study.id;
         EXPECT_EQ(&find_study(study.id), &study);
     }
-    test::expect_said(test::refusal([] { find_study("x"); }), "'x' is not a study; studies are: stability");
+    test::expect_refusal([] { find_study("x"); }, "'x' is not a study; studies are: stability");
 }
 
 TEST_F(Studies, LeaveTheirFilesInAFolderThatIsMade) {

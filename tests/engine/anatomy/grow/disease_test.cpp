@@ -65,10 +65,7 @@ TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
     scenario.imaging.patient = true;
     Anatomy bare = sick;
     bare.calcium.clear();
-    render::CArm arm;
-    arm.isocentre = {0, 0, 80};
-    arm.detector_width = 120;
-    arm.pixels = 256;
+    render::CArm arm{.isocentre = {0, 0, 80}, .detector_width = 120, .pixels = 256};
     const auto quanta = [&](const Anatomy& anatomy) {
         return render::Fluoroscope({}, exercise::tissue_layers(scenario, anatomy))
             .expected_quanta(arm, {}, {});
@@ -154,23 +151,22 @@ TEST(Disease, ADissectionHasTwoLuminaBetweenItsTears) {
 TEST(Disease, WhatCannotBeIsRefusedWithItsPlace) {
     VesselTreeSpec spec = trunk();
     spec.dissections = {{"trunk", 10, 100, 0.4, 2.5, 0}};
-    test::expect_said(test::refusal([&] { grow(spec); }),
-                      "branch 'low' leaves 'trunk' at 20.0 mm, where the dissection");
+    test::expect_refusal([&] { grow(spec); }, "branch 'low' leaves 'trunk' at 20.0 mm, where the dissection");
     spec.dissections = {{"trunk", 40, 30, 0.4, 2.5, 0}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "45 mm or more is accepted");
+    test::expect_refusal([&] { grow(spec); }, "45 mm or more is accepted");
     spec.dissections = {{"trunk", 40, 300, 0.4, 2.5, 0}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "the end of the dissection");
+    test::expect_refusal([&] { grow(spec); }, "the end of the dissection");
     spec = trunk();
     spec.occlusions = {{"trunc", 40}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "an occlusion names the branch 'trunc'");
+    test::expect_refusal([&] { grow(spec); }, "an occlusion names the branch 'trunc'");
     spec.occlusions = {{"trunk", 400}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "the occlusion is 400 mm along 'trunk'");
+    test::expect_refusal([&] { grow(spec); }, "the occlusion is 400 mm along 'trunk'");
     spec = trunk();
     spec.fusiform = {{"trunk", 80, 60, 90}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "a diameter of 1 to 60 mm");
+    test::expect_refusal([&] { grow(spec); }, "a diameter of 1 to 60 mm");
     spec = trunk();
     spec.stenoses = {{"trunk", 80, 30, 60, 2, 0, false}};
-    test::expect_said(test::refusal([&] { grow(spec); }), "eccentricity");
+    test::expect_refusal([&] { grow(spec); }, "eccentricity");
 }
 
 }  // namespace anatomy

@@ -67,7 +67,7 @@ TEST(VesselFile, ABranchMayBeNamedByItsLastPart) {
     };
     EXPECT_EQ(with("LCFA"), "aorta+LCIA+LEIA+LCFA");
     EXPECT_EQ(with("LRA"), "LRA");
-    test::expect_said(refusal([&] { with("CFA"); }), "branches are:");  // no part of its own
+    test::expect_refusal([&] { with("CFA"); }, "branches are:");  // no part of its own
     VesselTreeSpec spec;
     for (const char* name : {"a+c", "b+c", "b+d"}) spec.branches.push_back({name, {}, 0, {}, false});
     spec.targets = {{"one", "c", 0}, {"two", "d", 0}};
@@ -86,12 +86,11 @@ TEST(VesselFile, TellsWhatIsWrongAndWhere) {
                       "four numbers x, y, z and radius are accepted");
     test::expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
-    test::expect_said(refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); }),
-                      "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
-    test::expect_said(refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); }),
-                      "a section [[branch]] is missing");
-    test::expect_said(refusal([] { load_vessel_file("/nowhere/x.toml"); }),
-                      "no such vessel tree can be read");
+    test::expect_refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); },
+                         "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
+    test::expect_refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); },
+                         "a section [[branch]] is missing");
+    test::expect_refusal([] { load_vessel_file("/nowhere/x.toml"); }, "no such vessel tree can be read");
 }
 
 TEST(VesselFile, ABranchMayJoinAnother) {
@@ -114,8 +113,8 @@ TEST(VesselFile, ABranchMayJoinAnother) {
 
 TEST(VesselFile, RefusesASeedWithoutAPreset) {
     EXPECT_EQ(parse_vessel_file(good, "x.toml", 0).branches.size(), 2u);
-    test::expect_said(refusal([] { parse_vessel_file(good, "x.toml", 7); }),
-                      "seed 7 was given; seeds are accepted for a preset, and there is none here");
+    test::expect_refusal([] { parse_vessel_file(good, "x.toml", 7); },
+                         "seed 7 was given; seeds are accepted for a preset, and there is none here");
     EXPECT_FALSE(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 7).branches.empty());
 }
 
@@ -129,24 +128,25 @@ TEST(VesselFile, SaysWhoThePatientIs) {
     EXPECT_EQ(patient.height, 1580);
     EXPECT_EQ(patient.weight, 61);
     EXPECT_LT(read("sex = \"f\"\n").branches[0].knots[0].radius, read("").branches[0].knots[0].radius);
-    test::expect_said(refusal([&] { read("sex = \"x\"\n"); }), "x.toml:3:7: sex = ");
-    test::expect_said(refusal([&] { read("sex = \"x\"\n"); }), "accepted are: f, m");
-    test::expect_said(refusal([&] { read("age = 7\n"); }), "x.toml:3:7: age = ");
-    test::expect_said(refusal([&] { read("height_cm = 1600\n"); }), "a number from 135 to 215 is accepted");
-    test::expect_said(refusal([&] { read("weight = 60\n"); }), "is 'weight_kg' meant?");
-    test::expect_said(refusal([&] {
-                          std::string text = good;
-                          text.insert(text.find("[[branch]]"), "age = 50\n");
-                          parse_vessel_file(text, "x.toml");
-                      }),
-                      "the patient of a preset is accepted, and there is none here");
+    test::expect_refusal([&] { read("sex = \"x\"\n"); }, "x.toml:3:7: sex = ");
+    test::expect_refusal([&] { read("sex = \"x\"\n"); }, "accepted are: f, m");
+    test::expect_refusal([&] { read("age = 7\n"); }, "x.toml:3:7: age = ");
+    test::expect_refusal([&] { read("height_cm = 1600\n"); }, "a number from 135 to 215 is accepted");
+    test::expect_refusal([&] { read("weight = 60\n"); }, "is 'weight_kg' meant?");
+    test::expect_refusal(
+        [&] {
+            std::string text = good;
+            text.insert(text.find("[[branch]]"), "age = 50\n");
+            parse_vessel_file(text, "x.toml");
+        },
+        "the patient of a preset is accepted, and there is none here");
     PatientWish old;
     old.age = 80;
     EXPECT_EQ(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 0, old).patient->age, 80);
-    test::expect_said(refusal([&] { parse_vessel_file(good, "x.toml", 0, old); }),
-                      "they are accepted for a preset's patient");
+    test::expect_refusal([&] { parse_vessel_file(good, "x.toml", 0, old); },
+                         "they are accepted for a preset's patient");
     EXPECT_EQ(parse_sex("m"), Sex::Male);
-    test::expect_said(refusal([] { parse_sex("male"); }), "--sex: 'male' was found; f or m is accepted");
+    test::expect_refusal([] { parse_sex("male"); }, "--sex: 'male' was found; f or m is accepted");
 }
 
 TEST(VesselFile, ModifiersAreReadFromShortWords) {
@@ -155,10 +155,9 @@ TEST(VesselFile, ModifiersAreReadFromShortWords) {
     EXPECT_NEAR(parse_aneurysm("M1:10:7:4:90").angle, std::numbers::pi / 2, 1e-12);
     EXPECT_EQ(parse_tortuosity("1.5:20").branch, "");
     EXPECT_EQ(parse_tortuosity("1.5:20:LRA").branch, "LRA");
-    test::expect_said(refusal([] { parse_stenosis("LAD:54:twelve:70"); }),
-                      "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
-    test::expect_said(refusal([] { parse_aneurysm("M1:10:7"); }),
-                      "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
+    test::expect_refusal([] { parse_stenosis("LAD:54:twelve:70"); },
+                         "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
+    test::expect_refusal([] { parse_aneurysm("M1:10:7"); }, "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
 }
 
 }  // namespace anatomy

@@ -10,18 +10,18 @@
 namespace anatomy {
 namespace {
 
-using test::refusal, test::small_tree;
+using test::small_tree;
 
 double length(const SampledBranch& branch) {
     return branch.step() * static_cast<double>(branch.points.size() - 1);
 }
 
-/// The error that growing the small tree reports after `change`.
+/// Holds that after `change` no tree grows from the description, and what is said.
 template <class Change>
-std::string refusal_of_tree(Change&& change) {
-    VesselTreeSpec spec = small_tree();
+void expect_no_tree(VesselTreeSpec spec, const std::string& said, Change&& change,
+                    const std::source_location& where = std::source_location::current()) {
     change(spec);
-    return refusal([&] { grow(spec); });
+    test::expect_refusal([&] { grow(spec); }, said, where);
 }
 
 }  // namespace
@@ -49,9 +49,8 @@ TEST(VesselTree, PassesThroughItsKnotsWithTheirRadii) {
 }
 
 TEST(VesselTree, TargetBeyondTheEndOfItsBranchIsRefusedWithTheLength) {
-    const std::string said = refusal_of_tree([](VesselTreeSpec& spec) { spec.targets[0].at = 500; });
-    test::expect_said(said, "the target 'far' is 500 mm along 'side'; 0 to 1");
-    test::expect_said(said, " mm is accepted");
+    for (const char* said : {"the target 'far' is 500 mm along 'side'; 0 to 1", " mm is accepted"})
+        expect_no_tree(small_tree(), said, [](auto& s) { s.targets[0].at = 500; });
     // One that an occlusion cuts off is left out.
     VesselTreeSpec occluded = small_tree();
     occluded.occlusions = {{"side", 6}};
@@ -107,59 +106,48 @@ TEST(VesselTree, AneurysmIsAClosedBranchOfItsDiameter) {
 }
 
 TEST(VesselTree, RefusesWhatCannotBeAVessel) {
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[1].parent = "nobody"; }),
-                      "'side': its parent 'nobody'");
-    test::expect_said(refusal_of_tree([](auto& s) {
-                          for (auto& k : s.branches[1].knots) k.place.y() += 20;
-                      }),
-                      "'side' starts 20.00 mm from its place on 'main'");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[1].name = "main"; }),
-                      "two branches are named 'main'");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[0].knots[1].radius = -1; }),
-                      "a radius of -1 mm was found");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[0].knots[1].radius = std::nan(""); }),
-                      "a radius of nan mm");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[0].knots[1].place.x() = 1e9; }),
-                      "coordinates within");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[0].knots.resize(1); }),
-                      "has 1 points; two or more");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[1].at = 40; }),
-                      "is 40 mm along 'main'; 0 to 30.0 mm");
-    test::expect_said(refusal_of_tree([](auto& s) { s.branches[1].knots[0].radius = 3; }),
-                      "starts with a radius of 3.00 mm");
-    test::expect_said(refusal_of_tree([](auto& s) {
-                          s.stenoses = {{"man", 5, 5, 50}};
-                      }),
-                      "(is 'main' meant?)");
-    test::expect_said(refusal_of_tree([](auto& s) { s.stenoses = {{"main", 5, 5, 99}}; }), "0 to 90 percent");
-    test::expect_said(refusal_of_tree([](auto& s) {
-                          s.branches.clear();
-                          s.targets.clear();
-                      }),
-                      "there is no branch");
+    expect_no_tree(small_tree(), "'side': its parent 'nobody'",
+                   [](auto& s) { s.branches[1].parent = "nobody"; });
+    expect_no_tree(small_tree(), "'side' starts 20.00 mm from its place on 'main'", [](auto& s) {
+        for (auto& k : s.branches[1].knots) k.place.y() += 20;
+    });
+    expect_no_tree(small_tree(), "two branches are named 'main'",
+                   [](auto& s) { s.branches[1].name = "main"; });
+    expect_no_tree(small_tree(), "a radius of -1 mm was found",
+                   [](auto& s) { s.branches[0].knots[1].radius = -1; });
+    expect_no_tree(small_tree(), "a radius of nan mm",
+                   [](auto& s) { s.branches[0].knots[1].radius = std::nan(""); });
+    expect_no_tree(small_tree(), "coordinates within",
+                   [](auto& s) { s.branches[0].knots[1].place.x() = 1e9; });
+    expect_no_tree(small_tree(), "has 1 points; two or more", [](auto& s) { s.branches[0].knots.resize(1); });
+    expect_no_tree(small_tree(), "is 40 mm along 'main'; 0 to 30.0 mm",
+                   [](auto& s) { s.branches[1].at = 40; });
+    expect_no_tree(small_tree(), "starts with a radius of 3.00 mm",
+                   [](auto& s) { s.branches[1].knots[0].radius = 3; });
+    expect_no_tree(small_tree(), "(is 'main' meant?)", [](auto& s) { s.stenoses = {{"man", 5, 5, 50}}; });
+    expect_no_tree(small_tree(), "0 to 90 percent", [](auto& s) { s.stenoses = {{"main", 5, 5, 99}}; });
+    expect_no_tree(small_tree(), "there is no branch", [](auto& s) {
+        s.branches.clear();
+        s.targets.clear();
+    });
 }
 
 TEST(VesselTree, NamesBranchesThatBendTooTightlyOrRunThroughOneAnother) {
-    test::expect_said(refusal_of_tree([](auto& s) {
-                          s.branches[0].knots[1].place = {15, 12, 0};
-                          s.branches[0].knots[2].place = {14, 0, 1};
-                      }),
-                      "branch 'main' bends with a radius of");
-    test::expect_said(refusal_of_tree([](auto& s) {
-                          s.branches[1].knots = {{{0, 0, 0}, 1}, {{10, 0.5, 0}, 1}};
-                      }),
-                      "branch 'side' never leaves 'main'");
+    expect_no_tree(small_tree(), "branch 'main' bends with a radius of", [](auto& s) {
+        s.branches[0].knots[1].place = {15, 12, 0};
+        s.branches[0].knots[2].place = {14, 0, 1};
+    });
+    expect_no_tree(small_tree(), "branch 'side' never leaves 'main'", [](auto& s) {
+        s.branches[1].knots = {{{0, 0, 0}, 1}, {{10, 0.5, 0}, 1}};
+    });
     const VesselKnot start{{0, 0, 0}, 1}, up{{2, 8, 0}, 1}, back{{8, 8, 0}, 1}, down{{10, 0, 0}, 1};
-    test::expect_said(refusal_of_tree([&](auto& s) {
-                          s.branches[1].knots = {start, up, back, down};
-                      }),
-                      "branch 'side' runs into branch 'main'");
-    test::expect_said(
-        refusal_of_tree([&](auto& s) {
-            s.branches.push_back(
-                {"other", "main", 20, {{{0, 0, 0}, 1}, {{-2, 6, 1}, 1}, {{-8, 10, 1}, 1}}, false});
-        }),
-        "branch 'other' runs into branch 'side'");
+    expect_no_tree(small_tree(), "branch 'side' runs into branch 'main'", [&](auto& s) {
+        s.branches[1].knots = {start, up, back, down};
+    });
+    expect_no_tree(small_tree(), "branch 'other' runs into branch 'side'", [&](auto& s) {
+        s.branches.push_back(
+            {"other", "main", 20, {{{0, 0, 0}, 1}, {{-2, 6, 1}, 1}, {{-8, 10, 1}, 1}}, false});
+    });
 }
 
 TEST(VesselTree, ABranchMayEndOnAnother) {
@@ -179,27 +167,24 @@ TEST(VesselTree, ABranchMayEndOnAnother) {
 }
 
 TEST(VesselTree, RefusesAJointThatCannotBe) {
-    const auto refused = [](VesselTreeSpec spec, auto&& change) {
-        change(spec);
-        return refusal([&] { grow(spec); });
-    };
-    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].joins = "nobody"; }),
-                      "branch 'bypass' joins 'nobody', which is no branch listed before it");
-    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].joins_at = 90; }),
-                      "the end of branch 'bypass' is 90 mm along 'main'; 0 to 30.0 mm is accepted");
-    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].closed = true; }),
-                      "branch 'bypass' is closed and joins 'main'");
-    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].knots.back().radius = 2.5; }),
-                      "branch 'bypass' ends with a radius of 2.50 mm in 'main'");
-    test::expect_said(refused(test::small_confluence(), [](auto& s) { s.branches[1].joins.clear(); }),
-                      "branch 'right' has no parent; only the first is accepted without");
-    test::expect_said(refused(test::small_tree(),
-                              [](auto& s) {
-                                  s.branches[1].joins = "main";
-                                  s.branches[1].joins_at = 16;
-                                  s.branches[1].knots = {{{0, 0, 0}, 1}, {{2, 1, 0}, 1}, {{4, 0, 0}, 1}};
-                              }),
-                      "branch 'side' is nowhere clear of 'main', which it joins");
+    expect_no_tree(test::small_loop(), "branch 'bypass' joins 'nobody', which is no branch listed before it",
+                   [](auto& s) { s.branches[2].joins = "nobody"; });
+    expect_no_tree(test::small_loop(),
+                   "the end of branch 'bypass' is 90 mm along 'main'; 0 to 30.0 mm is accepted",
+                   [](auto& s) { s.branches[2].joins_at = 90; });
+    expect_no_tree(test::small_loop(), "branch 'bypass' is closed and joins 'main'",
+                   [](auto& s) { s.branches[2].closed = true; });
+    expect_no_tree(test::small_loop(), "branch 'bypass' ends with a radius of 2.50 mm in 'main'",
+                   [](auto& s) { s.branches[2].knots.back().radius = 2.5; });
+    expect_no_tree(test::small_confluence(),
+                   "branch 'right' has no parent; only the first is accepted without",
+                   [](auto& s) { s.branches[1].joins.clear(); });
+    expect_no_tree(test::small_tree(), "branch 'side' is nowhere clear of 'main', which it joins",
+                   [](auto& s) {
+                       s.branches[1].joins = "main";
+                       s.branches[1].joins_at = 16;
+                       s.branches[1].knots = {{{0, 0, 0}, 1}, {{2, 1, 0}, 1}, {{4, 0, 0}, 1}};
+                   });
 }
 
 TEST(VesselTree, KnotsKnowTheirArcsAndTheirTightestBend) {
@@ -260,8 +245,8 @@ TEST(VesselTree, OfEveryPresetCanBeGrownForManySeeds) {
 }
 
 TEST(VesselTree, OfAnUnknownPresetIsRefusedWithTheNearest) {
-    test::expect_said(refusal([] { vessel_preset("arch-4"); }),
-                      "'arch-4' is not a preset (is 'arch-1' meant?); presets are: arch-1");
+    test::expect_refusal([] { vessel_preset("arch-4"); },
+                         "'arch-4' is not a preset (is 'arch-1' meant?); presets are: arch-1");
 }
 
 TEST(VesselTree, ArchTypesDifferByTheDropOfTheTrunk) {

@@ -7,7 +7,7 @@ namespace anatomy {
 namespace {
 
 using geometry::Vec3;
-using test::expect_said, test::refusal, test::TemporaryFolder, test::write;
+using test::expect_said, test::TemporaryFolder, test::write;
 
 /// Two lines of three points, with radii and VMTK's numbers of groups.
 PolyData two_lines() {
@@ -53,7 +53,7 @@ TEST_F(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     EXPECT_EQ(lines[0].name + lines[1].name, "LCCALICA");
     data.lines.clear();
     write(folder / "c.vtp", test::VtpText({}).of(data));
-    expect_said(refusal([&] { load_centrelines(folder / "c.vtp", 1); }), "no line of two points or more");
+    test::expect_refusal([&] { load_centrelines(folder / "c.vtp", 1); }, "no line of two points or more");
 }
 
 TEST_F(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
@@ -71,11 +71,11 @@ TEST_F(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
     EXPECT_EQ(load_centrelines(folder / "control.pth", 1)[0].points[1], Vec3(9, 0, 0));
     write(folder / "bad.pth",
           sv_path("<path_points><path_point><pos x=\"1\" y=\"two\" z=\"3\"/></path_point></path_points>"));
-    expect_said(refusal([&] { load_centrelines(folder / "bad.pth", 1); }),
-                "bad.pth: point 0: y = 'two' was found");
+    test::expect_refusal([&] { load_centrelines(folder / "bad.pth", 1); },
+                         "bad.pth: point 0: y = 'two' was found");
     write(folder / "none.pth", "<path/>");
-    expect_said(refusal([&] { load_centrelines(folder / "none.pth", 1); }),
-                "there is no <path> with a <timestep>");
+    test::expect_refusal([&] { load_centrelines(folder / "none.pth", 1); },
+                         "there is no <path> with a <timestep>");
 }
 
 TEST_F(GivenCentrelines, NamesOfJsonAndCsvAreKept) {

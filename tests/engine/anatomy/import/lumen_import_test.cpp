@@ -35,6 +35,11 @@ bool reports(const ImportedLumen& lumen, const std::string& text) {
                        [&](const Finding& f) { return f.text.find(text) != std::string::npos; });
 }
 
+void expect_parts(const ImportedLumen& lumen, std::size_t ends, std::size_t branches) {
+    EXPECT_EQ(lumen.anatomy.ends.size(), ends);
+    EXPECT_EQ(lumen.anatomy.branches.size(), branches);
+}
+
 void expect_refused(const TriangleMesh& mesh, const std::string& found, const std::string& accepted,
                     const ImportOptions& options = millimetres()) {
     const std::string text = refusal([&] { imported(mesh, options); });
@@ -123,8 +128,7 @@ TEST(LumenImport, CutsALumenWithDomesOpenAtItsTips) {
     ASSERT_EQ(domes.ends.size(), 1u);
     const ImportedLumen lumen = imported(domes.lumen);
     EXPECT_TRUE(reports(lumen, "ends are missing: 2 blind tips were cut open"));
-    EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
-    EXPECT_EQ(lumen.anatomy.branches.size(), 2u);
+    expect_parts(lumen, 3, 2);
     EXPECT_LT(studies::nearest_on(lumen.anatomy.branches, {20, 0, 0}).distance, 0.1);
     for (const Check& check : lumen.checks) EXPECT_EQ(check.verdict, Check::Verdict::Pass) << text_of(check);
 
@@ -167,8 +171,7 @@ TEST(LumenImport, FollowsUpToFiveHundredTips) {
                                  true});
     }
     const ImportedLumen lumen = imported(generate(spec).lumen);
-    EXPECT_EQ(lumen.anatomy.branches.size(), 81u);
-    EXPECT_EQ(lumen.anatomy.ends.size(), 2u);
+    expect_parts(lumen, 2, 81);
     EXPECT_TRUE(reports(lumen, "80 branches end blind"));
 }
 
@@ -180,8 +183,7 @@ TEST(LumenImport, PrunesWhatNoWireCanEnter) {
     const Anatomy truth = generate(spec);
     ASSERT_EQ(truth.ends.size(), 4u);
     const ImportedLumen lumen = imported(truth.lumen);
-    EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
-    EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
+    expect_parts(lumen, 3, 3);
     EXPECT_TRUE(reports(lumen, "of vessels thinner than 0.178 mm"));
     EXPECT_TRUE(problems(lumen.anatomy).empty());
 }
@@ -191,8 +193,7 @@ TEST(LumenImport, AFlatVesselIsOneBranch) {
     for (Vec3& v : vein.vertices) v.y() *= 4;
     for (const TriangleMesh& mesh : {vein, studies::flat_capped(vein)}) {
         const ImportedLumen lumen = imported(mesh);
-        EXPECT_EQ(lumen.anatomy.ends.size(), 2u);
-        EXPECT_EQ(lumen.anatomy.branches.size(), 1u);
+        expect_parts(lumen, 2, 1);
     }
 }
 
@@ -200,8 +201,7 @@ TEST(LumenImport, AHelixIsNoWall) {
     // Turns a millimetre apart: a ray from one passes through all others.
     const std::vector<PenMove> turns = {Arc{9, 8 * std::numbers::pi, Vec3(0.1, 0, 1).normalized()}};
     const ImportedLumen lumen = imported(tube_anatomy("helix", draw(turns), 2.2, 24, 1).lumen);
-    EXPECT_EQ(lumen.anatomy.ends.size(), 2u);
-    EXPECT_EQ(lumen.anatomy.branches.size(), 1u);
+    expect_parts(lumen, 2, 1);
 }
 
 TEST(LumenImport, RefusesABall) {
@@ -215,8 +215,7 @@ TEST(LumenImport, FollowsASacThatHasNoEnd) {
     VesselTreeSpec spec = test::small_tree();
     spec.aneurysms = {{"main", 22, 6, 3, 3}};
     const ImportedLumen lumen = imported(generate(spec).lumen);
-    EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
-    EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
+    expect_parts(lumen, 3, 3);
     EXPECT_TRUE(reports(lumen, "1 branch ends blind"));
 }
 
@@ -233,8 +232,7 @@ TEST(LumenImport, ASacWiderThanItsVesselStaysClosed) {
         spec.branches.push_back({"sac", "main", 22, knots, true});
         const TriangleMesh open = generate(spec).lumen;
         const ImportedLumen lumen = imported(open);
-        EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
-        EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
+        expect_parts(lumen, 3, 3);
         EXPECT_EQ(lumen.anatomy.lumen.triangles.size(), open.triangles.size());
         EXPECT_TRUE(reports(lumen, "1 blind tip is a sac, not the end of a tube, and stays closed"));
         // The same where the vessels' ends are missing: they are opened, the sac is not.
@@ -273,10 +271,10 @@ TEST(LumenImport, RefusesAWrongUnitWithTheOneThatFits) {
     const TriangleMesh mesh = tube(2, 20);
     const test::TemporaryFolder folder;
     test::write(folder / "mesh.obj", "v 0 0 0\n");
-    test::expect_said(refusal([&] { import_lumen(folder / "mesh.obj", options); }),
-                      "--unit mm, cm or m is accepted");
+    test::expect_refusal([&] { import_lumen(folder / "mesh.obj", options); },
+                         "--unit mm, cm or m is accepted");
     options.unit = "inch";
-    test::expect_said(refusal([&] { import_lumen(folder / "mesh.obj", options); }), "unit 'inch' was given");
+    test::expect_refusal([&] { import_lumen(folder / "mesh.obj", options); }, "unit 'inch' was given");
     expect_refused(scaled(mesh, 0.001), "median radius: 0.00199 mm was found",
                    "(--unit m would make it 2 mm)");
     options.unit = "cm";

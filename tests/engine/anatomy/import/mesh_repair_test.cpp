@@ -143,7 +143,7 @@ TEST(MeshRepair, RefusesATriangle) {
     TriangleMesh mesh;
     mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     mesh.triangles = {{0, 1, 2}};
-    test::expect_said(test::refusal([&] { repaired(mesh); }), "1 triangle was found");
+    test::expect_refusal([&] { repaired(mesh); }, "1 triangle was found");
 }
 
 }  // namespace anatomy

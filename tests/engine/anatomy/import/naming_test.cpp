@@ -90,7 +90,7 @@ TEST(Naming, WhatCannotBeNamedIsRefused) {
     EXPECT_EQ(parse_named_place("LCFA=1,-2.5,3e1").at, Vec3(1, -2.5, 30));
     EXPECT_EQ(parse_named_place("a b=1,2,3").name, "a b");
     for (const char* wrong : {"=1,2,3", "a=1,2", "a=1,2,3,4", "a=1,2,x", "a=", "a\n=1,2,3", "a\"=1,2,3"})
-        expect_said(refusal([&] { parse_named_place(wrong); }), "--name");
+        test::expect_refusal([&] { parse_named_place(wrong); }, "--name");
     EXPECT_NE(refusal([] { parse_named_place(std::string(61, 'a') + "=1,2,3"); }), "");
 }
 
@@ -102,12 +102,13 @@ TEST(FileFrame, AxesScaleAndTurnsLeadToThePatient) {
     EXPECT_EQ(place({1, "lps", {"z:90", "x:-90"}}), Vec3(-2, 3, -1));
     EXPECT_NEAR(to_patient({3, "ras", {"y:33"}}).determinant(), 27, 1e-12);
     for (const char* wrong : {"", "z", "z:", "w:90", "z:nan", "z:400", "90"})
-        expect_said(refusal([&] { to_patient({1, "lps", {wrong}}); }), "--rotate");
-    expect_said(refusal([] { to_patient({0, "lps", {}}); }), "--scale: 0 was found");
-    expect_said(refusal([] {
-                    to_patient({1, "RAS", {}});
-                }),
-                "--axes: 'RAS' was found; lps or ras is accepted");
+        test::expect_refusal([&] { to_patient({1, "lps", {wrong}}); }, "--rotate");
+    test::expect_refusal([] { to_patient({0, "lps", {}}); }, "--scale: 0 was found");
+    test::expect_refusal(
+        [] {
+            to_patient({1, "RAS", {}});
+        },
+        "--axes: 'RAS' was found; lps or ras is accepted");
 }
 
 TEST(FileFrame, MeshCentrelinesAndPlacesMeetInThePatient) {
@@ -135,10 +136,10 @@ TEST(FileFrame, MeshCentrelinesAndPlacesMeetInThePatient) {
                                        line(small_anatomy().branches[0]) + "]}");
     ImportOptions options;
     options.unit = "cm";
-    options.frame = {2, "ras", {}};
-    options.centrelines = {folder / "a.json"};
     options.inlet = inlet;
+    options.frame = {2, "ras", {}};
     options.names = {{"far.out", outlet}};
+    options.centrelines = {folder / "a.json"};
     const ImportedLumen lumen = import_lumen(folder / "a.obj", options);
     EXPECT_EQ(all_names(lumen.anatomy), "far side far.in far.out side.out far side ");
     EXPECT_NEAR((lumen.anatomy.ends[0].opening.centre - inlet).norm(), 0, 0.4);
@@ -162,8 +163,8 @@ TEST(BodyPlace, LandmarkIsGivenOrGuessed) {
     EXPECT_TRUE(anatomy.body->at == anatomy.ends[0].opening.centre ||
                 anatomy.body->at == anatomy.ends[1].opening.centre);
     expect_said(place_in_part(anatomy, "head", std::nullopt), "the sella lies at");
-    expect_said(refusal([&] { place_in_part(anatomy, "foot", std::nullopt); }),
-                "--body: 'foot' was found; pelvis, abdomen, chest or head is accepted");
+    test::expect_refusal([&] { place_in_part(anatomy, "foot", std::nullopt); },
+                         "--body: 'foot' was found; pelvis, abdomen, chest or head is accepted");
 }
 
 }  // namespace anatomy
