@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 
 namespace physics {
 namespace {
@@ -14,6 +15,7 @@ void ContactSet::reset(const Chain& wire) {
     contacts_.clear();
     touching_.clear();
     update(wire);
+    assert(contacts_.size() == wire.joints.size());
 }
 
 void ContactSet::update(const Chain& wire) {
@@ -34,6 +36,7 @@ void ContactSet::update(const Chain& wire) {
     sums_.clear();
     commit();
     load_.weigh(wire);
+    assert(touching_.empty() || touching_.back() <= wire.segments());
 }
 
 void ContactSet::refit(const Chain& wire) {
@@ -50,6 +53,7 @@ void CarriedLoad::weigh(const Chain& wire) {
     if (load_.isZero(0)) return;
     carried_.assign(wire.joints.size() + 1, 0.0);
     for (int i = wire.segments(); i >= 1; --i) carried_[i] = carried_[i + 1] + wire.length_of(i);
+    assert(carried_[1] > 0 && carried_[wire.segments() + 1] == 0);
 }
 
 double CarriedLoad::energy(std::span<const Vec3> joints, int first, int last) const {
@@ -86,6 +90,7 @@ void ContactSet::ask() {
 
 double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     assert(first >= 1 && last < static_cast<int>(contacts_.size()));
+    assert(joints.size() == contacts_.size() && shares_.size() == contacts_.size());
     begin();
     for (int i = first; i <= last; ++i)
         if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
@@ -124,6 +129,7 @@ Held ContactSet::hold() {
         const double by = (own.touches() ? own.energy() : 0.0) - now.energy();
         if (!own.held || !(by < 0)) continue;
         sum.energy += by;
+        assert(sum.energy <= 0);
         now = own;
         held_.insert(std::lower_bound(held_.begin(), held_.end(), joint), joint);
     }
@@ -146,10 +152,13 @@ void ContactSet::list_touching(int first) {
     touching_.erase(std::lower_bound(touching_.begin(), touching_.end(), first), touching_.end());
     for (int i = first; i < static_cast<int>(contacts_.size()); ++i)
         if (contacts_[i].touches()) touching_.push_back(i);
+    assert(std::adjacent_find(touching_.begin(), touching_.end(), std::greater_equal()) == touching_.end());
     sums_.clear();
 }
 
 void ContactSet::sum_pushes() const {
+    assert(touching_.empty() ||
+           (touching_.front() >= 1 && touching_.back() < static_cast<int>(contacts_.size())));
     sums_.resize(touching_.size());
     PushSum sum;
     for (int k = static_cast<int>(touching_.size()) - 1; k >= 0; --k) {
@@ -213,6 +222,7 @@ double ContactSet::energy(std::span<const Vec3> joints, int first, int last) con
 }
 
 void ContactSet::start_sweep(Chain& wire, int) {
+    assert(contacts_.size() == wire.joints.size());
     rebuild_joints(wire);
 }
 
@@ -235,6 +245,7 @@ void ContactSet::undo(Chain& wire) const {
 }
 
 PushSum ContactSet::sum_from(int joint) const {
+    assert(joint >= 1 && joint <= static_cast<int>(contacts_.size()));
     if (sums_.size() != touching_.size()) sum_pushes();
     const auto k = std::lower_bound(touching_.begin(), touching_.end(), joint);
     PushSum sum = k == touching_.end() ? PushSum{} : sums_[k - touching_.begin()];

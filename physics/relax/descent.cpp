@@ -66,6 +66,7 @@ void Descent::start() {
 }
 
 void Descent::begin_window() {
+    assert(at_.model.stages() == segments_ && at_.model.first() <= segments_);
     proximal_known_ = true;
     looked_at_ = terms().relative_gradient;
     at_.best_gradient = std::numeric_limits<double>::max();
@@ -158,6 +159,7 @@ Descent::End Descent::take_step() {
     const NewtonStep::Result result =
         NewtonStep(at_, wire_, contacts_, options_, smooth_, most, report_).take();
     bool stuck = result == NewtonStep::Result::NothingLower;
+    assert(result != NewtonStep::Result::Accepted || std::isfinite(at_.energy));
     if (result == NewtonStep::Result::Accepted) {
         stuck = leads_nowhere(progress, idle_before);
     } else {  // trials have changed the model
@@ -228,6 +230,7 @@ void Descent::advance() {
     if (observer_) observer_(at_.model.first(), wire_);
     at_.linearise(wire_, contacts_, at_.model.first());
     proximal_known_ = at_.model.first() == 1;
+    assert(!proximal_known_ || terms().proximal_gradient == 0);
     assert(report_.window <= segments_);
 }
 

@@ -19,6 +19,7 @@ using Basis = Eigen::Matrix<double, 3, 2>;
 Basis basis_of(const Vec3& u) {
     Vec3 a, b;
     tangent_basis(u, a, b);
+    assert(std::abs(a.dot(b)) < 1e-9 && std::abs(b.squaredNorm() - 1) < 1e-9);
     Basis basis;
     basis << a, b;
     return basis;
@@ -33,7 +34,10 @@ Turns newton(Matrix h, const Turns& g) {
         h.diagonal().array() += shift;
         cholesky.compute(h);
     }
-    return cholesky.info() == Eigen::Success ? Turns(cholesky.solve(-g)) : Turns(Turns::Zero(g.size()));
+    const Turns turns =
+        cholesky.info() == Eigen::Success ? Turns(cholesky.solve(-g)) : Turns(Turns::Zero(g.size()));
+    assert(!(g.dot(turns) > 1e-9 * g.norm() * turns.norm()));  // it leads down
+    return turns;
 }
 
 /// Turns that keep the closure to first order: the columns of Q after the third, where closureᵀ = QR, by
@@ -55,10 +59,12 @@ Matrix kept_turns(const Closure& closure) {
     for (Eigen::Index k = 2; k >= 0; --k)
         q.bottomRightCorner(turns - k, turns - k)
             .applyHouseholderOnTheLeft(r.col(k).tail(turns - k - 1), tau[k], workspace.data());
+    assert(std::abs(q.col(turns - 1).squaredNorm() - 1) < 1e-9);
     return q.rightCols(turns - 3);
 }
 
 Vec3 solved(const Mat3& square, const Vec3& right) {
+    assert(!(square.diagonal().minCoeff() < 0));  // of closure·closureᵀ
     return square.ldlt().solve(right);
 }
 
@@ -67,6 +73,7 @@ Vec3 solved(const Mat3& square, const Vec3& right) {
 GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, closed_segments>& lengths,
                              bool closed)
     : start_(p.tangent), lengths_(lengths), count_(p.count), closed_(closed) {
+    assert(count_ >= 1 && count_ <= closed_segments && (!closed_ || count_ == closed_segments));
     const int turns = 2 * count_;
     std::array<Basis, closed_segments> basis;
     Turns g(turns);
@@ -94,11 +101,13 @@ GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, c
     if (closed_) {
         const Matrix free = kept_turns(closure);
         alpha = free * newton(free.transpose() * h * free, free.transpose() * g);
+        assert(!((closure * alpha).norm() > 1e-9 * closure.norm() * alpha.norm()));
     } else {
         alpha = newton(h, g);
     }
     for (int m = 0; m < count_; ++m) {
         step_[m] = basis[m] * alpha.segment<2>(2 * m);
+        assert(!(std::abs(step_[m].dot(start_[m])) > 1e-9 * step_[m].norm()));
         largest_ = std::max(largest_, step_[m].norm());
         finite_ = finite_ && step_[m].allFinite();
     }
@@ -109,7 +118,10 @@ std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, doubl
     if (!finite_ || !(largest_ > 0)) return std::nullopt;
     share = std::min(share, 0.9 * limit / largest_);  // closing turns a little more
     Tangents v = start_;
-    for (int m = 0; m < count_; ++m) v[m] = (start_[m] + share * step_[m]).normalized();
+    for (int m = 0; m < count_; ++m) {
+        v[m] = (start_[m] + share * step_[m]).normalized();
+        assert((v[m] - start_[m]).norm() <= limit);
+    }
     if (!closed_) return v;
     const auto closed = closed_by_turning(v);
     for (int m = 0; closed && m < count_; ++m)

@@ -128,6 +128,7 @@ RelaxReport GlobalRelaxer::move(Chain& wire, HubMotion& motion, const RelaxBudge
         if (motion.feed != 0) motion.feed = feed(wire, motion.device, motion.feed);
         rotate(wire, motion.device, motion.turn);
     }
+    assert(std::abs(motion.feed) <= wire.grid.segment_length && validate(wire).empty());
     return relax(wire, budget);
 }
 
@@ -164,6 +165,7 @@ RelaxReport GlobalRelaxer::search(Chain& wire, int most_updates, const UpdateObs
     const long long asked_before = contacts_.queries();
     Search search{wire, observer, report, take_up(wire, same, std::max(0, most_updates))};
     const Termination end = find(search);
+    assert(at_.model.stages() == wire.segments() && report.updates >= 0);
     report.wall_queries += contacts_.queries() - asked_before;
     finish(wire, end, report);
     return report;
@@ -250,6 +252,7 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
         if (search.task.certifies && search.report.newton_steps == steps) break;
         search.task.certifies = !(next_round() && lag_.update(wire, contacts_.contacts()));
     }
+    assert(lag_.rounds() <= options_.lag.most_rounds);
     return end;
 }
 
@@ -279,6 +282,8 @@ void GlobalRelaxer::finish(Chain& wire, Termination end, RelaxReport& report) {
     report.push_force = at_.model.terms().push.dot(wire.tangents[0]);
     report.base_torque = at_.model.terms().torque;
     report.largest_bend = largest_bend(wire, at_.model.directors);
+    assert(report.contacts <= wire.segments() && report.largest_bend >= 0 && report.largest_bend < 3.15);
+    assert(validate(wire).empty());
     // A wall that answers nonsense leaves no finite forces; the wire itself is finite.
     assert(wire.joints.back().allFinite());
     assert(report.termination != Termination::NotStarted && report.termination != Termination::Settled);

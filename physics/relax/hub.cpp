@@ -20,6 +20,7 @@ constexpr double sharpest = degree * 90;  // of a joint
 /// What a relaxation may take of a call's updates: a few passes are kept for what it may take beyond that,
 /// and to undo it.
 int work_left(const Chain& wire, int updates, const HubReport& so_far) {
+    assert(wire.segments() >= 1 && so_far.relax.updates >= 0);
     const int kept = GlobalRelaxer::least_passes * wire.segments();
     return std::max(updates / 4, updates - kept) - so_far.relax.updates;
 }
@@ -32,7 +33,9 @@ const RelaxerConfig& checked(const RelaxerConfig& config) {
 }  // namespace
 
 Hub::Hub(const RelaxerConfig& config, const LumenWall& wall, double free_shaft)
-    : relaxer_(checked(config), wall), wall_(wall), free_shaft_(free_shaft) {}
+    : relaxer_(checked(config), wall), wall_(wall), free_shaft_(free_shaft) {
+    assert(free_shaft >= 0);
+}
 
 double Hub::passes_on(const Chain& wire, int device) const {
     assert(device >= 0 && device < static_cast<int>(wire.devices.size()));
@@ -69,6 +72,7 @@ bool Hub::can_be(const RelaxReport& report) const {
 /// Whether a shaft outside bows under the push of the motion that was tried. A pull gives way to anything.
 bool Hub::buckles(const Chain& wire) const {
     if (settling_ || made_.feed < 0 || !loads_at_rest_) return false;
+    assert(loads_.size() == wire.devices.size() && rest_loads_.size() == loads_.size());
     for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
         const double push = loads_[k].push;
         const bool fed = made_.device == every_device || made_.device == k;
@@ -80,6 +84,7 @@ bool Hub::buckles(const Chain& wire) const {
 /// Whether the motion is one that the wire has been found not to make from where it is.
 bool Hub::refuses(const Chain& wire, const HubMotion& motion) const {
     if (!refuses_ || motion.device != refused_.device || !relaxer_.knows(wire)) return false;
+    assert(!working_ && std::isfinite(refused_.feed) && std::isfinite(refused_.turn));
     const auto like = [](double asked, double refused) {
         return asked == refused || (asked * refused > 0 && std::abs(asked) <= std::abs(refused) &&
                                     std::abs(asked) >= std::ldexp(std::abs(refused), -halvings));
@@ -144,6 +149,7 @@ int Hub::most_work(const Chain& wire, const HubMotion& motion) {
 int Hub::work_of_try(const Chain& wire) const {
     if (settling_) return most_settling;
     const int whole = most_work(wire, asked_);
+    assert(std::abs(asked_.feed) <= wire.grid.segment_length && std::abs(asked_.turn) <= largest_turn);
     assert(halvings_ >= 0 && halvings_ <= halvings);
     return whole - (whole >> (2 * halvings_ + 2));
 }
@@ -202,6 +208,7 @@ HubReport Hub::finish(Chain& wire, int updates, HubReport report) {
             refused_ = asked_;
             refused_for_push_ = report.buckled;
             report.outcome = HubReport::Outcome::Refused;
+            assert(made_.feed == 0 && made_.turn == 0 && validate(wire).empty());
             find_loads(wire, report.relax);
             return report;
         }

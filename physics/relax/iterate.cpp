@@ -31,6 +31,7 @@ void Iterate::set_units(const Chain& wire, const ContactSet& contacts, const Glo
     for (const WallContact& c : contacts.contacts())
         if (c.room > 0) room = std::min(room, c.room);
     const double length = wire.inserted_length() / wire.segments();
+    assert(stiffest > 0 && room > 0 && length > 0);
     trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));
     model.least_pivot = options.saddle.pivot_share * stiffest;
     model.slips_on = options.step.slips_on;
@@ -51,6 +52,7 @@ void Iterate::measure_window(const Chain& wire, const ContactSet& contacts) {
     for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, model.directors, j);
     energy += coupling_energy(wire, first - 1) + twist_energy(wire, first);
     load_scale = contacts.load_scale(first);
+    assert(load_scale >= 0);
 }
 
 void Iterate::open_window(const Chain& wire, const ContactSet& contacts, int segments) {
@@ -58,6 +60,7 @@ void Iterate::open_window(const Chain& wire, const ContactSet& contacts, int seg
     linearise(wire, contacts, std::max(1, wire.segments() - segments + 1));
     model.sum_proximal(wire, contacts);
     measure_window(wire, contacts);
+    assert(window(wire) >= std::min(segments, wire.segments()));
 }
 
 void Iterate::accept(Chain& wire, ContactSet& contacts, double trial_energy) {

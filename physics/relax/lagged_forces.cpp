@@ -8,6 +8,7 @@ namespace physics {
 namespace {
 
 double normal_force(const Chain& chain, std::span<const WallContact> contacts, std::size_t joint) {
+    assert(joint < contacts.size() && chain.friction[joint] >= 0);
     return chain.friction[joint] * contacts[joint].force();
 }
 
@@ -21,6 +22,7 @@ bool LaggedForces::next_round() {
 }
 
 bool LaggedForces::stalls(double change) const {
+    assert(rounds_ <= options_.most_rounds && !(change < 0));
     return rounds_ > options_.least_rounds && change > options_.stalled_share * changes_[1];
 }
 

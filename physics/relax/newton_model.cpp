@@ -72,6 +72,7 @@ RiccatiReport NewtonModel::certify(const Chain& wire, const ContactSet& contacts
 
 void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, int first,
                                 bool foreseen_forces) {
+    assert(first >= 1 && planes_.size() == wire.joints.size() && stages() == wire.segments());
     for (int j = first; j < static_cast<int>(planes_.size()); ++j) {
         const WallContact& c = contacts.contacts()[j];
         const double force = foreseen_forces ? planes_[j].force : c.force();
@@ -180,6 +181,7 @@ void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, doubl
             if (report && report->shifted++ == 0) report->stage = -1, report->frame = free[0];
             pivot = std::max(least_pivot, std::abs(pivot));
         }
+        assert(pivot > 0);
         turn = -slope / (pivot + weight);
     } else {
         const Eigen::SelfAdjointEigenSolver<Matrix> solver(curve);
@@ -202,6 +204,7 @@ void NewtonModel::turn_devices(Chain& wire) const {
     for (int f = 0; f < terms_.frames.count; ++f) {
         if (trial_.turns_at_base[f] == 0) continue;
         Device& device = wire.devices[terms_.frames.device[f]];
+        assert(device.windup_stiffness > 0);  // the others stand still
         device.roll += trial_.turns_at_base[f];
         device.windup -= trial_.turns_at_base[f];
     }
@@ -230,6 +233,7 @@ void NewtonModel::answer(const Chain& wire, std::span<const FedStage> fed, doubl
 }
 
 void NewtonModel::answer_again(const Chain& wire, std::span<const FedStage> fed) {
+    assert(stages() == wire.segments() && terms_.first >= 1);
     answers_ = false;
     set_axial_forces(wire);
     solve_base(wire,
@@ -269,6 +273,8 @@ template <int F>
 double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     const int n = wire.segments(), first = terms_.first;
     Vec3 x = wire.joints[first - 1];
+    assert(trial_.joints.size() == wire.joints.size() && gains_.size() == terms_.stages.size());
+    assert(frame_gains_.size() == gains_.size() * F && terms_.frames.count == F);
     trial_.joints[first - 1] = x;
     trial_.tangents[first - 1] = wire.tangents[first - 1];
     trial_.turns[first - 1].setZero();
@@ -318,10 +324,12 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
         farthest = std::max(farthest, moved.squaredNorm());
     }
     if (!std::isfinite(sizes + trial_.slope + farthest)) return std::numeric_limits<double>::infinity();
+    assert(std::abs(trial_.tangents[n].squaredNorm() - 1) < 1e-9);
     return std::sqrt(farthest);
 }
 
 double NewtonModel::largest_turn() const {
+    assert(trial_.turns.size() == terms_.stages.size() + 1);
     double turn = 0;
     for (std::size_t j = terms_.first; j < trial_.turns.size(); ++j)
         turn = std::max(turn, trial_.turns[j].squaredNorm());
@@ -429,6 +437,7 @@ void NewtonModel::unwind(double by) {
 }
 
 void NewtonModel::size_twists(std::size_t joints) {
+    assert(joints == planes_.size());
     trial_.rolls.resize(joints);
     for (int f = 0; f < terms_.frames.count; ++f)
         trial_.wound[terms_.frames.device[f]].resize(terms_.frames.each ? joints : 0);

@@ -49,6 +49,7 @@ double NewtonStep::largest_move() const {
     double cap = o.unbounded;
     for (const WallContact& c : contacts_.contacts().subspan(first_))
         if (c.room > 0) cap = std::min(cap, share * c.room);
+    assert(cap > 0);
     return cap;
 }
 
@@ -115,6 +116,7 @@ bool NewtonStep::lowers_energy(const Trial& trial) {
     if (!corrected) uncorrected_ = expected;
     const double asked = std::min((last ? o.armijo : o.good_armijo) * expected,
                                   corrected ? o.corrected_share * uncorrected_ : 0.0);
+    assert(asked <= 0);
     bool falls = energy <= at_.energy + asked;
     if (!falls && std::isfinite(energy)) {
         const Held held = contacts_.hold();

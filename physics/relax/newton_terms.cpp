@@ -15,6 +15,7 @@ namespace {
 [[gnu::always_inline]] inline void turn_basis(const Vec3& u, Mat32& t) {
     const double sign = std::copysign(1.0, u[2]), r = -1 / (sign + u[2]), xy = u[0] * u[1] * r;
     t << 1 + sign * u[0] * u[0] * r, xy, sign * xy, sign + u[1] * u[1] * r, -sign * u[0], -u[1];
+    assert((t.transpose() * t - Mat2::Identity()).norm() < 1e-6 && (t.transpose() * u).norm() < 1e-6);
 }
 
 /// Blocks of a joint that is straight at rest: f(κ), κ = u_i·u_j.
@@ -22,6 +23,7 @@ namespace {
                                                   RiccatiStage& s) {
     const Mat32& tj = s.basis;
     const double kappa = ui.dot(uj), slope = -c * (7 - kappa) / 6, curve = c / 6, own = -slope * kappa;
+    assert(std::abs(kappa) < 1 + 1e-9);
     const double a0 = ti.col(0).dot(uj), a1 = ti.col(1).dot(uj);
     const double b0 = tj.col(0).dot(ui), b1 = tj.col(1).dot(ui);
     s.slope_prev << slope * a0, slope * a1;
@@ -37,6 +39,7 @@ namespace {
 /// turns with the device's frame.
 void add_curved_joint(double c, const RestBend& rest, const Vec3& ui, const Mat32& ti, const Vec3& uj,
                       RiccatiStage& s, FrameStage& f) {
+    assert(c > 0 && std::abs(rest.way.dot(ui)) < 1e-6);
     const double cb = rest.cosine, sb = rest.sine;
     const Vec3& d = rest.way;
     const Vec3 m = cb * ui + sb * d, aside = ui.cross(d);
@@ -67,6 +70,7 @@ template <int F>
                                                double spring, const std::vector<Vec3>& directors,
                                                const Mat32& ti, RiccatiStage& s,
                                                [[maybe_unused]] FrameStage* frame) {
+    assert(frames.count == F && spring > 0);
     const Vec3 &ui = chain.tangents[joint], &uj = chain.tangents[joint + 1];
     if constexpr (F == 0) {
         straight_joint(spring, ui, ti, uj, s);
@@ -77,6 +81,7 @@ template <int F>
             const Device& device = chain.devices[frames.device[f]];
             if (device.rest[joint].angle != 0) straight -= device.rigidity[joint];
         }
+        assert(straight > -1e-9 * whole);  // the devices that bend are no stiffer than all
         straight_joint(spring * (straight / whole), ui, ti, uj, s);
         for (int f = 0; f < F; ++f) {
             const Device& device = chain.devices[frames.device[f]];
@@ -95,6 +100,7 @@ void add_couplings(const Chain& chain, int joint, std::size_t& left, NewtonTerms
         const Coupling& c = chain.couplings[left - 1];
         const CouplingTerms by = coupling_terms(chain, c);
         const int inner = terms.frames.of[c.inner], outer = terms.frames.of[c.outer];
+        assert(inner >= 0 && inner < outer && outer < count);
         FrameStage *a = &terms.frame_stages[joint * count + inner],
                    *b = &terms.frame_stages[joint * count + outer];
         a->slope -= by.slope, b->slope += by.slope;
@@ -115,6 +121,7 @@ void set_twists(const Chain& chain, int j, double place, NewtonTerms& terms) {
         FrameStage& t = terms.frame_stages[(j - 1) * terms.frames.count + f];
         t.twist_stiffness = device.torsion[j];
         t.twist_slope = device.torsion[j] * (device.wound[j] - device.wound[j - 1]);
+        assert(t.twist_stiffness > 0);
         t.grip_slope = t.grip_grip = 0;
         t.grip_cross.setZero();
     }
@@ -127,6 +134,7 @@ template <int F>
 [[gnu::always_inline]] inline double add_segment(const Chain& chain, int j, bool loaded, NewtonTerms& terms,
                                                  DistalSums& sums) {
     RiccatiStage& s = terms.stages[j - 1];
+    assert(s.length > 0 && terms.inverse_spring[j - 1] > 0 && sums.length >= 0);
     [[maybe_unused]] const FrameStage* frame = F > 0 ? &terms.frame_stages[(j - 1) * F] : nullptr;
     double twist_square = 0;
     if (F > 0 && terms.frames.each)
@@ -153,6 +161,7 @@ template <int F>
 }
 
 void set_axial(const Chain& chain, int j, bool loaded, double length, const Vec3& force, RiccatiStage& s) {
+    assert(s.length == chain.lengths[j] && length >= 0);
     const Vec3& u = chain.tangents[j];
     s.axial = s.length * u.dot(force);
     if (loaded) s.axial -= s.length * length * u.dot(chain.load);
@@ -163,6 +172,7 @@ void set_axial(const Chain& chain, int j, bool loaded, double length, const Vec3
 [[gnu::always_inline]] inline void set_transport(const Chain& chain, int j, const Mat32& prev, double torque,
                                                  RiccatiStage& s) {
     const Vec3 &ui = chain.tangents[j - 1], &uj = chain.tangents[j];
+    assert(std::abs(ui.squaredNorm() - 1) < 1e-9 && std::abs(uj.squaredNorm() - 1) < 1e-9);
     const Vec3 turn = ui.cross(uj) / std::max(1e-9, 1 + ui.dot(uj));
     s.twist_prev = -(prev.transpose() * turn);
     s.twist = -(s.basis.transpose() * turn);
@@ -196,6 +206,7 @@ RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains,
                        [[maybe_unused]] std::vector<FrameGain>& frame_gains) {
     const int n = chain.segments();
+    assert(planes.size() == chain.joints.size() && gains.size() == terms.stages.size());
     const bool loaded = !chain.load.isZero(0), gripped = !chain.grips.empty();
     DistalSums sums;
     Vec3 borne = Vec3::Zero();  // by the wall, as the model has it
@@ -246,6 +257,7 @@ RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts
                        F > 1 && !terms.mixed.empty() ? &terms.mixed[(j - 1) * F * F] : nullptr, frame_gain);
         own = prev;
     }
+    assert(couplings == 0 || chain.couplings[couplings - 1].joint < first - 1);
     terms.relative_gradient = std::sqrt(largest);
     terms.base = sums;
     return recursion.report();
@@ -264,6 +276,7 @@ void hold(const Chain& chain, const DistalSums& sums, NewtonTerms& terms) {
 }  // namespace
 
 Frames::Frames(const Chain& chain) {
+    assert(!chain.devices.empty() && chain.devices.size() <= most_devices);
     of.fill(-1);
     for (std::size_t k = 0; k < chain.devices.size(); ++k) {
         if (!chain.devices[k].framed()) continue;
@@ -279,6 +292,7 @@ GripTerms::GripTerms(const Grip& grip, const Vec3& joint)
 }
 
 void add_grip(const GripTerms& grip, RiccatiStage& stage) {
+    assert(!(grip.stiffness.trace() < 0));  // positive semidefinite
     if (stage.touches) {
         stage.force += grip.drag;
         stage.stiffness += grip.stiffness;
@@ -376,6 +390,7 @@ void update_slopes(const Chain& chain, std::span<const WallContact> contacts,
             if (gripped && chain.grips[j].holds()) s.force += chain.grips[j].push(chain.joints[j]);
         }
     });
+    assert(couplings == 0 || chain.couplings[couplings - 1].joint < terms.first - 1);
 }
 
 void sum_proximal(const Chain& chain, std::span<const WallContact> contacts, NewtonTerms& terms) {
@@ -398,6 +413,7 @@ void sum_proximal(const Chain& chain, std::span<const WallContact> contacts, New
             set_axial(chain, j, loaded, sums.length, sums.force, s);
         }
     });
+    assert(std::abs(place) < 1e-6);  // at the introducer
     terms.proximal_gradient = std::sqrt(largest);
     hold(chain, sums, terms);
 }

@@ -84,6 +84,7 @@ Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const Chain
     double stiffness = 0;
     for (int j = first_ - 1; j < wire.segments(); ++j) stiffness += wire.spring_constant(j);
     least_energy_ = 0.5 * stiffness * options.prediction.least_turned * options.prediction.least_turned;
+    assert(cap_ > 0 && least_energy_ > 0);
 }
 
 /// The narrowest lumen's radius [mm].
@@ -99,7 +100,7 @@ double Predictor::least_share() const {
     const PredictionOptions& o = options_.prediction;
     const double share = std::min({1.0, o.least_feed * wire_.grid.segment_length / std::abs(asked_.feed),
                                    o.least_turn / std::abs(asked_.turn)});
-    assert(share > 0);
+    assert(share > 0 && share <= 1);
     return share;
 }
 
@@ -119,6 +120,7 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
         }
         if (answers(part)) {
             motion = take(part);
+            assert(motion.feed * asked_.feed >= 0 && std::abs(motion.feed) <= std::abs(asked_.feed));
             return {true, updates_, 2 * (moved_segments(wire_, asked_.device) + 2)};
         }
         take_back();
@@ -134,11 +136,13 @@ bool Predictor::possible(Part& part) const {
     part.plan = {};
     if (asked_.feed == 0) return true;
     part.plan = plan_feed(wire_, asked_.device, part.share * asked_.feed);
+    assert(std::abs(part.plan.mm) <= std::abs(asked_.feed));
     return part.plan.whole && part.plan.grows > first_;
 }
 
 /// Energy of twist and grips, which a motion changes before the chain answers [N·mm].
 double Predictor::put_in_by_hand() const {
+    assert(wire_.segments() == rest_.segments() && first_ <= wire_.segments());
     return twist_energy(wire_, first_) + grip_energy(wire_.grips, wire_.joints, first_);
 }
 
@@ -184,6 +188,7 @@ void Predictor::prepare_gains() {
 
 /// Energy of the rolled out answer [N·mm]; infinite where it goes too far.
 double Predictor::roll_out(std::span<const FedStage> fed) {
+    assert(at_.model.first() == first_);
     if (!(at_.model.roll_out(wire_, fed) <= cap_)) return std::numeric_limits<double>::infinity();
     return at_.model.evaluate(wire_, contacts_);
 }

@@ -17,6 +17,7 @@ struct PrintedSystem {
 
     /// Puts the solution into b. False where the matrix is singular or a number is not finite.
     bool solve() {
+        assert(a.rows() == a.cols() && a.rows() == b.size());
         const auto lu = a.partialPivLu();
         if ((lu.matrixLU().diagonal().array() == 0).any()) return false;
         b = lu.solve(b).eval();
@@ -32,6 +33,7 @@ void set_up(const SegmentProblem& p, const SegmentSolution& at, PrintedSystem& s
     s.b.resize(4 * M);
     for (int m = 0; m < M; ++m) {
         const Vec3& v = at.tangent[m];
+        assert(!(std::abs(v.squaredNorm() - 1) > 1e-9) || v.isZero(0));  // zero after an overflow
         Vec3 force = at.multiplier[m] * v - p.pull[m];
         for (int n = 0; n < M; ++n) {
             force += p.curvature[m][n] * (at.tangent[n] - p.tangent[n]);

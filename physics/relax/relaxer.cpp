@@ -56,6 +56,7 @@ std::string message(Termination end) {
 }
 
 void RelaxReport::add(const RelaxReport& later) {
+    assert(later.updates >= 0 && later.newton_steps >= 0 && later.rejected >= 0);
     const RelaxReport before = *this;
     *this = later;
     updates += before.updates;
@@ -68,6 +69,7 @@ void RelaxReport::add(const RelaxReport& later) {
 }
 
 RelaxBudget whole_cycles(int segments, int cycles) {
+    assert(segments >= 1 && cycles >= 0);
     constexpr double most = 1e9;  // of any wire: more than ever comes to an end
     return {static_cast<int>(std::min(most, 0.5 * cycles * segments * (segments + 1.0))), 0.0, 0};
 }

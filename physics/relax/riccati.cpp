@@ -18,6 +18,7 @@ struct Pivot {
 Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     const double mean = 0.5 * (a + c), half = 0.5 * (a - c), root = std::hypot(half, b);
     Pivot p{mean - root, Vec2::UnitX()};
+    assert(!(p.least > std::min(a, c) + 1e-9 * (std::abs(a) + std::abs(c))));
     const Vec2 way(b, p.least - a);
     const Vec2 other(p.least - c, b);
     const Vec2& longer = way.squaredNorm() > other.squaredNorm() ? way : other;
@@ -48,6 +49,7 @@ public:
     }
 
     void step(int j, std::span<const FedStage> fed = {}) {
+        assert(j >= 0 && j < static_cast<int>(stages_.size()));
         const FrameStage* frame = F > 0 ? &frames_.stages[j * F] : nullptr;
         FrameGain* gains = F > 0 ? &frames_.gains[j * F] : nullptr;
         recursion.add_wall(stages_[j]);
@@ -71,6 +73,7 @@ template <int F>
 FrameVector answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
                    std::span<RiccatiGain> gains, const FrameStages& frames, std::span<const FedStage> fed) {
     int last = static_cast<int>(stages.size());  // most proximal fed stage
+    assert(first >= 0 && first < last && mu >= 0);
     for (const FedStage& f : fed)
         if (f.stage >= 0) last = std::min(last, f.stage);
     if (anew) last = first;
@@ -96,6 +99,7 @@ FrameVector answer(std::span<const RiccatiStage> stages, int first, double mu, b
             if (t.twist_stiffness == 0) continue;
             FrameGain& own = frames.gains[j * F + f];
             const double by = slope[f] + t.twist_slope;
+            assert(own.give <= 0);
             own.step = own.give * by;
             p += by * own.from_x;
             r += by * own.from_turn;
@@ -131,6 +135,7 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
     const double floor = std::max(least_pivot, seen_pivot * (std::abs(q00) + std::abs(q11)));
     const double low = -1 / std::max(floor, std::abs(pivot.least));
     const double high = -1 / std::max(floor, std::abs(q00 + q11 - pivot.least));
+    assert(low <= 0 && high <= 0);
     const Vec2& way = pivot.way;
     return {high + (low - high) * way[0] * way[0], (low - high) * way[0] * way[1],
             high + (low - high) * way[1] * way[1]};
@@ -138,6 +143,7 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
 
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                                std::span<RiccatiGain> gains, const FrameStages& frames) {
+    assert(mu >= 0 && least_pivot >= 0);
     return with_frames(frames.count, [&](auto count) {
         Backward<count()> pass(stages, gains, frames, mu, least_pivot);
         for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) pass.step(j);

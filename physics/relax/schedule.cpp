@@ -13,6 +13,7 @@ int CycleWalk::next(int first, int last) {
         at_ = order_ == CycleOrder::Nested ? sweep_ : 0;
     }
     starts_sweep_ = at_ == (order_ == CycleOrder::Nested ? sweep_ : 0);
+    assert(at_ >= 0 && at_ < count);
     return first + at_++;
 }
 
@@ -27,6 +28,7 @@ Schedule::Turn Schedule::next(int segments, const RelaxBudget& budget) {
         }
     }
     const int segment = whole_.next(1, segments);
+    assert(segment <= segments && owed_ >= 0);
     return {segment, whole_.starts_sweep()};
 }
 

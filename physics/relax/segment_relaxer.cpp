@@ -126,6 +126,7 @@ SegmentProblem SegmentRelaxer::local_problem(const Chain& wire, const Contacts& 
     for (int m = 0; m < count_; ++m) {
         const int i = varied_[m];
         const BendingTerms bending = bending_terms(wire, directors_, torque_, i);
+        assert(m == 0 || i > varied_[m - 1]);
         sum[m] = contacts.sum_from(i);
         sum[m].force -= beyond.force;
         sum[m].stiffness -= beyond.stiffness;
@@ -181,6 +182,7 @@ bool SegmentRelaxer::try_turn(Chain& wire, Contacts& contacts, const Tangents& t
     for (int m = 0; m < count_; ++m) {
         const int i = varied_[m];
         old[m] = wire.tangents[i];
+        assert(std::abs(target[m].squaredNorm() - 1) < 2 * unit_rounding);
         wire.tangents[i] = target[m];
         steps[m] = {i, wire.lengths[i] * (target[m] - old[m])};
     }
@@ -274,6 +276,7 @@ double SegmentRelaxer::largest_turn(const Chain& wire, const SegmentProblem& bef
     assert(before.count == count_);
     for (int m = 0; m < count_; ++m)
         turn = std::max(turn, (wire.tangents[varied_[m]] - before.tangent[m]).norm());
+    assert(turn < 2 + 1e-9);
     return turn;
 }
 
@@ -323,6 +326,8 @@ RelaxReport SegmentRelaxer::sweep(Chain& wire, Contacts contacts, const RelaxBud
     for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts.contacts()[i].station;
     report.contacts = contacts.touching();
     report.wall_queries = contacts.queries();
+    assert(report.updates <= std::max(0, budget.updates) && report.contacts <= wire.segments());
+    assert(wire.tip().allFinite());
     return report;
 }
 

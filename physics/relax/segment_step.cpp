@@ -28,6 +28,7 @@ bool cholesky(AnyMatrix& a) {
     return factors.info() == Eigen::Success;
 }
 void solve_cholesky(const AnyMatrix& l, AnyVector& x) {
+    assert(l.rows() == x.size() && l.diagonal().minCoeff() > 0);
     l.triangularView<Eigen::Lower>().solveInPlace(x);
     l.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
 }
@@ -50,7 +51,9 @@ struct Newton {
     std::array<Basis, most_varied_segments> basis;
     std::array<Vec3, most_varied_segments> slope;  // Σ_n P_mn (v_n − u_n) − q_m
 
-    explicit Newton(const SegmentProblem& p) : problem(p) {}
+    explicit Newton(const SegmentProblem& p) : problem(p) {
+        assert(p.count >= 1 && p.count <= most_varied_segments && (Fixed == any || p.count == Fixed));
+    }
 
     void linearise() {
         for (int m = 0; m < M; ++m) {
@@ -58,6 +61,7 @@ struct Newton {
             for (int n = 0; n < M; ++n) slope[m] += problem.curvature[m][n] * (v[n] - problem.tangent[n]);
             Vec3 a, b;
             tangent_basis(v[m], a, b);
+            assert(!(std::abs(a.dot(b)) > 1e-9));
             basis[m].col(0) = a;
             basis[m].col(1) = b;
         }
@@ -192,6 +196,8 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
             break;
         }
     }
+    // It starts at 0 and falls, but for the kick and for steps too short to show.
+    assert(!(model_energy(problem, newton.v) > 1e-4 * scale));
     solution.tangent = newton.v;
     solution.multiplier = newton.sigma;
     return solution;
@@ -257,7 +263,9 @@ double largest_share(const Vec3& u, const Vec3& v, double limit) {
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
     const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
     const double phi = 2 * std::asin(0.5 * limit);
-    return std::sin(phi) / (std::sin(phi) + std::sin(theta - phi));
+    const double share = std::sin(phi) / (std::sin(phi) + std::sin(theta - phi));
+    assert(share > 0 && share <= 1);
+    return share;
 }
 
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha) {
@@ -265,6 +273,7 @@ Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha) {
     if (alpha >= 1) return v;
     const Vec3 blend = (1 - alpha) * u + alpha * v;
     const double length = blend.norm();
+    assert(length < 1 + 1e-6);  // a chord of the sphere
     if (length > 1e-9) return blend / length;
     Vec3 a, b;  // v = −u exactly: any way round will do
     tangent_basis(u, a, b);

@@ -16,6 +16,7 @@ public:
         assert(share > 0 && share < 1);
     }
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        assert(joints.size() == contacts.size());
         wall_.contacts(joints, contacts);
         for (WallContact& c : contacts) c.share_stiffness(share_);
     }

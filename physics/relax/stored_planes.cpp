@@ -26,6 +26,7 @@ void StoredPlanes::reset(const Chain& wire) {
     contacts_.clear();
     load_.weigh(wire);
     ask(wire, 1);
+    assert(contacts_.size() == wire.joints.size() && listed_from_ == 1);
 }
 
 void StoredPlanes::ask(const Chain& wire, int first) {
@@ -67,6 +68,7 @@ double StoredPlanes::reach() const {
     double room = std::numeric_limits<double>::max();
     for (const WallContact& c : contacts_)
         if (c.room > 0) room = std::min(room, c.room);
+    assert(room > 0);
     return reach_limit * room;
 }
 
@@ -83,6 +85,7 @@ void StoredPlanes::list(const Chain& wire, int first) {
         if (contacts_[i].trust - moved < reach_) planes_.push_back(plane_of(wire, i));
     }
     first_plane_[n + 1] = static_cast<int>(planes_.size());
+    assert(first_plane_[n + 1] <= n && first_plane_[first] <= first_plane_[n + 1]);
     listed_from_ = front_ = first;
     shift_ = tail_ = Vec3::Zero();
     travelled_ = farthest_ = 0;
@@ -117,6 +120,7 @@ void StoredPlanes::start_sweep(Chain& wire, int first) {
     settle_all(wire);
     rebuild_joints(wire);
     ask(wire, first);
+    assert(front_ == first && listed_from_ == first && waiting_length_ == 0);
 }
 
 void StoredPlanes::settle(Chain& wire, int segment) {
@@ -145,6 +149,7 @@ void StoredPlanes::settle(Chain& wire, int segment) {
         settle_all(wire);
         ask(wire, segment);
     }
+    assert(front_ == segment && listed_from_ <= segment);
 }
 
 void StoredPlanes::settle_all(Chain& wire) {
@@ -161,6 +166,7 @@ void StoredPlanes::settle_all(Chain& wire) {
 }
 
 const Chain& StoredPlanes::settled(const Chain& wire) {
+    assert(waiting_.size() == wire.joints.size() + 1 && front_ >= 1);
     settled_ = wire;
     Vec3 shift = shift_;
     for (int i = front_; i <= wire.segments(); ++i) settled_.joints[i] += shift += waiting_[i];
@@ -176,6 +182,8 @@ double StoredPlanes::energy(const Chain&, int first, int) const {
 
 double StoredPlanes::move(Chain&, std::span<const TailStep> steps, int) {
     assert(!steps.empty() && steps.front().joint >= listed_from_);
+    assert(std::is_sorted(steps.begin(), steps.end(),
+                          [](const TailStep& a, const TailStep& b) { return a.joint < b.joint; }));
     steps_.assign(steps.begin(), steps.end());
     trial_.assign(planes_.begin() + first_plane_[steps.front().joint], planes_.end());
     double energy = 0;
@@ -202,6 +210,7 @@ void StoredPlanes::commit() {
         waiting += step.by;
         waiting_length_ += waiting.norm();
     }
+    assert(!(waiting_length_ < -1e-9));
     sum_up(first);
 }
 
@@ -225,6 +234,7 @@ void StoredPlanes::sum_up(int first_plane) {
 }
 
 int StoredPlanes::touching() const {
+    assert(planes_.size() < contacts_.size());
     return static_cast<int>(
         std::count_if(planes_.begin(), planes_.end(), [](const Plane& p) { return p.depth > 0; }));
 }

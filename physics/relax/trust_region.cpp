@@ -17,6 +17,7 @@ void TrustRegion::set(double mu) {
 }
 
 void TrustRegion::begin_step() {
+    assert(unit_ > 0 && mu_ >= 0);
     went_too_far_ = -1, fell_short_ = 0;
     last_mu_ = 0, last_reach_ = std::numeric_limits<double>::infinity();
     bisections_ = 0;
@@ -58,7 +59,7 @@ bool TrustRegion::too_short(double reach) {
 }
 
 double TrustRegion::bisected() {
-    assert(fell_short_ > 0);
+    assert(fell_short_ > 0 && went_too_far_ < fell_short_);
     if (++bisections_ >= options_.most_bisections) return fell_short_;
     return std::sqrt(std::max(went_too_far_, options_.lowest_share * fell_short_) * fell_short_);
 }
@@ -76,6 +77,7 @@ void TrustRegion::accepted(double reach, bool after_rejection) {
     if (const double rise = (1 / reach - 1 / last_reach_) / (mu_ - last_mu_);
         std::isfinite(last_reach_) && rise > 0)
         next = std::clamp(last_mu_ + (1 / options_.secant_aim - 1 / last_reach_) / rise, next, mu_);
+    assert(next <= mu_);  // the next step is as long at least
     mu_ = next;
     if (mu_ < options_.forgotten_share * unit_) mu_ = 0;
 }

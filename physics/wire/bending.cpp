@@ -28,6 +28,7 @@ void each_rest(const Chain& chain, const std::vector<Vec3>& d, int joint, const 
     }
     // The difference of equal sums leaves a rounding.
     constexpr double seen = 1e-12;
+    assert(straight >= -seen * chain.rigidity[joint]);
     if (straight > seen * chain.rigidity[joint]) use(straight / length, RestBend{});
 }
 
@@ -41,6 +42,7 @@ double twist_slope(const Chain& chain, int joint, double c, const RestBend& rest
 
 /// The twist that a turn of both tangents at a joint of the chain adds distal of it, per unit turn.
 Vec3 holonomy(const Vec3& from, const Vec3& to) {
+    assert(std::abs(from.squaredNorm() - 1) < 1e-9 && std::abs(to.squaredNorm() - 1) < 1e-9);
     return from.cross(to) / std::max(1e-9, 1 + from.dot(to));
 }
 
@@ -66,11 +68,13 @@ void add_torque(const Chain& chain, const std::vector<Vec3>& d, int which, std::
         torque[j] += sum;
         place -= chain.lengths[j];
     }
+    assert(coupling == 0 && std::abs(place) < 1e-6);
 }
 
 }  // namespace
 
 double bent_joint_energy(const Chain& chain, const std::vector<Vec3>& d, int joint) {
+    assert(joint >= 0 && joint < chain.segments() && chain.stored.size() == chain.joints.size());
     const Vec3 &u = chain.tangents[joint], &next = chain.tangents[joint + 1];
     assert(!chain.straight(joint) && std::abs(next.squaredNorm() - 1) < 1e-9);
     double energy = chain.stored[joint];
@@ -85,6 +89,7 @@ CouplingTerms coupling_terms(const Chain& chain, const Coupling& c) {
     const double turn = chain.devices[c.outer].angle_at(c.joint) - chain.devices[c.inner].angle_at(c.joint);
     const double cosine = std::cos(turn), sine = std::sin(turn);
     const double energy = c.along * cosine + c.aside * sine;
+    assert(std::abs(energy) <= std::hypot(c.along, c.aside) * (1 + 1e-9));
     return {energy, c.aside * cosine - c.along * sine, -energy};
 }
 
@@ -105,6 +110,7 @@ void frame_torque(const Chain& chain, const std::vector<Vec3>& d, std::vector<do
     torque.assign(chain.joints.size() + 1, 0.0);
     for (std::size_t k = 0; k < chain.devices.size(); ++k)
         if (chain.devices[k].framed()) add_torque(chain, d, static_cast<int>(k), torque);
+    assert(torque.size() == chain.joints.size() + 1 && torque.back() == 0);
 }
 
 BendingTerms bending_terms(const Chain& chain, const std::vector<Vec3>& d, const std::vector<double>& torque,
@@ -130,6 +136,7 @@ BendingTerms bending_terms(const Chain& chain, const std::vector<Vec3>& d, const
         terms.pull += torque[i] * holonomy(before, own);
         if (i < n) terms.pull += torque[i + 1] * holonomy(own, chain.tangents[i + 1]);
     }
+    assert(terms.curvature.trace() >= 0);  // positive semidefinite
     return terms;
 }
 
@@ -144,6 +151,7 @@ double bending_energy(const Chain& chain) {
     if (chain.bent_segments() > 0) d = directors(chain);
     double sum = coupling_energy(chain);
     for (int j = 0; j < chain.segments(); ++j) sum += joint_energy(chain, d, j);
+    assert(std::isfinite(sum));
     return sum;
 }
 

@@ -17,6 +17,7 @@ namespace physics {
 inline double joint_energy(double spring_constant, const Vec3& rest, const Vec3& next) {
     assert(spring_constant >= 0);
     const double d = 0.5 * (rest - next).squaredNorm();  // 1 − κ
+    assert(d < 2 + 1e-9);
     return spring_constant / 12 * d * (12 + d);
 }
 

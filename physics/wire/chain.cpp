@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace physics {
@@ -49,6 +50,7 @@ public:
         while (at_ < ends_.size() && ends_[at_] <= from) ++at_;
         piece_.from = from;
         piece_.to = at_ < ends_.size() ? std::min(to, ends_[at_]) : to;
+        assert(piece_.to > from || to == from);  // each call comes farther
         const double middle = 0.5 * (from + piece_.to);
         // Between two ends only tapers change anything.
         if (at_ == known_ && !tapers_) return piece_;
@@ -133,6 +135,10 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
     assert(joint >= 0 && joint <= chain.segments() && cell.length > 0 && cell.give > 0);
     const std::size_t devices = chain.devices.size();
     const double whole = cell.length / cell.give, length = chain.length_of(joint), spring = whole / length;
+    assert(std::isfinite(spring) && spring > 0);
+    // The devices' shares of the stiffness are all of it.
+    assert(std::abs(std::accumulate(cell.fraction.begin(), cell.fraction.end(), 0.0) - cell.length) <=
+           1e-9 * cell.length);
     chain.rigidity[joint] = whole;
     double stored = length / cell.length * cell.stored;
     for (std::size_t k = 0; k < devices; ++k) {
@@ -145,6 +151,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
         const Vec2 bend = length / cell.length * cell.bend[k];
         const double angle = bend.norm();
         if (!(angle > 0)) continue;
+        assert(fraction > 0 && fraction < 1 + 1e-9);
         rest.angle = angle / fraction;
         rest.cosine = std::cos(rest.angle), rest.sine = std::sin(rest.angle);
         rest.way = bend / angle;
@@ -184,6 +191,7 @@ void assign_torsion(const Chain& chain, Device& device) {
         const double shaped = shaped_length(device.spec);
         device.windup_stiffness =
             1 / torsional_give(device.spec, shaped, std::max(shaped + least_shaft, device.inserted));
+        assert(std::isfinite(device.windup_stiffness) && device.windup_stiffness > 0);
     }
 }
 
@@ -268,6 +276,7 @@ void Chain::state(StateStream& s) {
 }
 
 double Chain::inserted_length() const {
+    assert(lengths.size() == joints.size());
     double sum = 0;
     for (int i = 1; i <= segments(); ++i) sum += lengths[i];
     return sum;
@@ -312,6 +321,7 @@ bool Chain::within_a_segment(int joint) const {
     // Where the tip begins, also in pieces.
     const double most = std::max(1.0, std::floor(whole / lambda - 0.5 + whole_segment));
     const double tip_begins = whole - std::min<double>(tip_segments, most) * lambda, slack = 1e-6 * lambda;
+    assert(place > 0 && place < whole);
     if (place > tip_begins - slack) return !multiple(place - tip_begins);
     const double last = std::max(0.0, std::floor(tip_begins / lambda - 0.5 + whole_segment)) * lambda;
     return place > last + slack || !multiple(place);
@@ -362,6 +372,7 @@ struct Segments {
         tip = std::min(static_cast<int>(std::lround(shaped / lambda)), most);
         whole = most - tip;
         growing = length - most * lambda;
+        assert(whole >= 0 && growing < 1.5 * lambda);
     }
     int count() const { return whole + 1 + tip; }
 };
@@ -401,6 +412,7 @@ void lay_along(Chain& chain, const Polyline& path) {
         }
         chain.tangents[i] = u;
         chain.joints[i] = from + reach * u;
+        assert(std::abs(u.squaredNorm() - 1) < 1e-9);
     }
 }
 
@@ -435,6 +447,7 @@ void follow_leader(Chain& chain) {
         grip.roll = a.roll + share * (b.roll - a.roll);
     }
     assign(chain);
+    assert(std::abs(chain.inserted_length() - old.inserted_length()) < 1e-6);
 }
 
 Chain chain_along(std::vector<Device> devices, const Grid& grid, const Polyline& path) {
@@ -460,6 +473,7 @@ Chain chain_along(std::vector<Device> devices, const Grid& grid, const Polyline&
     tangent_basis(chain.tangents[0], chain.base_director, other);
     lay_along(chain, path);
     assign(chain);
+    assert(validate(chain).empty());
     return chain;
 }
 
@@ -469,7 +483,9 @@ Chain wire_along(const DeviceSpec& spec, const Grid& grid, const Polyline& path,
     Device device;
     device.spec = spec;
     device.inserted = segments * grid.segment_length;
-    return chain_along({std::move(device)}, grid, path);
+    Chain chain = chain_along({std::move(device)}, grid, path);
+    assert(chain.segments() == segments);
+    return chain;
 }
 
 Chain straight_wire(const DeviceSpec& spec, const Grid& grid, const Vec3& entry, const Vec3& direction,
@@ -503,6 +519,7 @@ Chain uniform_wire(double rigidity, double segment_length, const Vec3& entry, co
     for (int i = 0; i < n; ++i) chain.tangents[i + 1] = tangents[i].normalized();
     rebuild_joints(chain);
     assign(chain);
+    assert(validate(chain).empty());
     return chain;
 }
 
@@ -512,6 +529,7 @@ void start_grips(Chain& chain) {
     if (!chain.has_friction()) return;
     chain.grips.resize(chain.joints.size());
     for (std::size_t i = 0; i < chain.joints.size(); ++i) chain.grips[i].anchor = chain.joints[i];
+    assert(grip_energy(chain.grips, chain.joints, 0) == 0);
 }
 
 double twist_energy(const Chain& chain, int first) {
@@ -524,6 +542,7 @@ double twist_energy(const Chain& chain, int first) {
             energy += device.torsion[j] * twist * twist;
         }
     }
+    assert(energy >= 0);
     return 0.5 * energy;
 }
 
@@ -590,6 +609,7 @@ void split_segment(Chain& chain, int i, double share) {
 void merge_segments(Chain& chain, int i) {
     assert(i >= 1 && i < chain.segments());
     const Vec3 chord = chain.lengths[i] * chain.tangents[i] + chain.lengths[i + 1] * chain.tangents[i + 1];
+    assert(chord.norm() > 0);  // else they lie back on each other, and have no direction in common
     chain.tangents[i] = chord.normalized();
     chain.tangents.erase(chain.tangents.begin() + i + 1);
     chain.lengths[i] += chain.lengths[i + 1];
@@ -625,6 +645,7 @@ void transport_directors(const Chain& chain, int first, std::vector<Vec3>& d) {
             // The smallest rotation that takes from to to, and a Newton step to a length of 1.
             next -= next.dot(to) * (1 / k) * (from + to);
             d[i] = (1.5 - 0.5 * next.squaredNorm()) * next;
+            assert(std::abs(d[i].squaredNorm() - 1) < 1e-6 && std::abs(d[i].dot(to)) < 1e-6);
             continue;
         }
         if (k > 1e-9) next -= next.dot(to) / k * (from + to);
@@ -635,6 +656,7 @@ void transport_directors(const Chain& chain, int first, std::vector<Vec3>& d) {
 
 std::vector<Vec3> directors(const Chain& chain) {
     std::vector<Vec3> d(chain.joints.size());
+    assert(std::abs(chain.base_director.dot(chain.tangents[0])) < 1e-6);
     d[0] = chain.base_director;
     transport_directors(chain, 1, d);
     return d;

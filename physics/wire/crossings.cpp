@@ -23,7 +23,10 @@ struct Probe {
 /// Upper bound of penetration as far as `distance` from a probe [mm].
 struct Bound {
     double value, slope, curve;
-    double operator()(double distance) const { return value + distance * (slope + 0.5 * curve * distance); }
+    double operator()(double distance) const {
+        assert(distance >= 0);
+        return value + distance * (slope + 0.5 * curve * distance);
+    }
 };
 
 Bound by_slope(const WallContact& c) {
@@ -65,11 +68,13 @@ public:
         limit_ = ends + tolerance;
         look_between({0, at_from}, {length_, at_to});
         if (deepest_at_ < 0) return std::nullopt;
+        assert(deepest_at_ > 0 && deepest_at_ < length_ && deepest_ > ends + tolerance);
         return Crossing{0, deepest_at_ / length_, deepest_ - ends};
     }
 
 private:
     double most_between(const Probe& a, const Probe& b) const {
+        assert(a.at >= 0 && a.at < b.at && b.at <= length_);
         const double length = b.at - a.at;
         double most = peak(by_slope(a.contact), by_slope(b.contact), length);
         if (most <= limit_ || !knows_its_wall(a.contact) || !knows_its_wall(b.contact)) return most;
@@ -127,6 +132,7 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
 std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from, const Vec3& to,
                                          const WallContact& at_from, const WallContact& at_to,
                                          double tolerance) {
+    assert(tolerance >= 0);
     if (at_from.trust + at_to.trust >= (to - from).norm()) return std::nullopt;
     return Search(wall, from, to).run(at_from, at_to, tolerance);
 }

@@ -10,7 +10,11 @@ namespace {
 
 double between(double distal, double proximal, double share) {
     assert(share >= 0 && share <= 1);
-    return distal == proximal ? distal : distal * std::pow(proximal / distal, share);
+    if (distal == proximal) return distal;
+    const double value = distal * std::pow(proximal / distal, share);
+    assert(value > std::min(distal, proximal) * (1 - 1e-9) &&
+           value < std::max(distal, proximal) * (1 + 1e-9));
+    return value;
 }
 
 template <class Value>
@@ -123,6 +127,7 @@ double torsional_give(const DeviceSpec& spec, double from, double to) {
         }
         start = end;
     }
+    assert(give >= 0 && (give > 0 || from == to));
     return give;
 }
 
@@ -143,12 +148,15 @@ RestBend rest_bend(const Device& device, int joint, const Vec3& u, const Vec3& d
     if (rest.angle == 0) return {};
     const double angle = device.angle_at(joint), c = std::cos(angle), s = std::sin(angle);
     const Vec2 way(c * rest.way[0] - s * rest.way[1], s * rest.way[0] + c * rest.way[1]);
+    assert(std::abs(way.squaredNorm() - 1) < 1e-9);
+    assert(std::abs(director.squaredNorm() - 1) < 1e-6 && std::abs(director.dot(u)) < 1e-6);
     return {rest.cosine, rest.sine, way[0] * director + way[1] * u.cross(director)};
 }
 
 Vec3 rest_direction(const Vec3& u, const RestBend& rest) {
     assert(std::abs(rest.cosine * rest.cosine + rest.sine * rest.sine - 1) < 1e-9);
     if (rest.straight()) return u;
+    assert(std::abs(rest.way.squaredNorm() - 1) < 1e-6 && std::abs(rest.way.dot(u)) < 1e-6);
     return rest.cosine * u + rest.sine * rest.way;
 }
 

@@ -29,6 +29,7 @@ Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
         energy.load -= chain.length_of(i) * chain.load.dot(chain.joints[i] - chain.joints[0]);
     energy.torsion = twist_energy(chain);
     energy.friction = grip_energy(chain.grips, chain.joints, 1);
+    assert(energy.torsion >= 0 && std::isfinite(energy.load));
     return energy;
 }
 
@@ -49,6 +50,7 @@ std::vector<Vec3> energy_gradient(const Chain& chain, std::span<const WallContac
         if (!chain.grips.empty() && chain.grips[i].holds()) push += chain.grips[i].push(chain.joints[i]);
         const Vec3 g = chain.lengths[i] * push - bending_terms(chain, d, torque, i).pull;
         gradient[i] = g - g.dot(chain.tangents[i]) * chain.tangents[i];
+        assert(!(std::abs(gradient[i].dot(chain.tangents[i])) > 1e-9 * g.norm()));
     }
     return gradient;
 }

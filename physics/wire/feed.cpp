@@ -35,6 +35,7 @@ void carry_wound(Device& device, const std::vector<double>& old_places, const st
             std::clamp((s - old_places[i - 1]) / (old_places[i] - old_places[i - 1]), 0.0, 1.0);
         device.wound[j] = old[i - 1] + share * (old[i] - old[i - 1]);
     }
+    assert(device.wound[0] == 0);  // the frame at the introducer is where its turns count from
 }
 
 /// What the grips were before a motion.
@@ -100,9 +101,11 @@ void hold_frames(Chain& chain, int which, double turned) {
         place += chain.lengths[i];
         if (!chain.grips.empty() && chain.outermost(place) == which) chain.grips[i].roll += turned - taken;
     }
+    assert(std::abs(taken - turned) <= 1e-9 * std::abs(turned));  // the tip's frame stands still
 }
 
 double wrapped(double angle) {
+    assert(std::isfinite(angle));
     return std::remainder(angle, 2 * M_PI);
 }
 
@@ -156,6 +159,8 @@ FeedPlan plan_feed(const Chain& chain, int which, double mm) {
     if (still < least) plan.mm = std::max(plan.mm, std::min(0.0, least - moving));
     double change = std::max(still, moving + plan.mm) - chain.inserted_length();
     if (std::abs(change) <= rounded * lambda) change = 0;
+    assert(std::abs(plan.mm) <= lambda && plan.mm * mm >= 0);  // less of it, never the other way
+    assert(std::abs(change) <= std::abs(plan.mm) + 1e-6);
     const int grows = plan.grows = chain.growing(), before = grows - 1;
     const double left = chain.lengths[grows] + change;
     if (change < 0 && before >= 1 && left < (0.5 - rounded) * lambda) {
@@ -191,6 +196,7 @@ void stretch(Chain& chain, const FeedPlan& plan) {
     const double reached = chain.inserted_length();
     double longest = 0;
     for (const Device& device : chain.devices) longest = std::max(longest, device.inserted);
+    assert(std::abs(longest - reached) < 1e-6);
     for (Device& device : chain.devices)
         if (device.inserted > longest - rounded) device.inserted = reached;
     rebuild_joints(chain, std::max(1, plan.grows - 1));
@@ -268,6 +274,7 @@ double feed(Chain& chain, int device, double mm) {
         stretch(chain, plan);
         regrid(chain);
         fed += plan.mm;
+        assert(std::abs(fed) <= std::abs(mm) + 1e-9);
         if (plan.mm != part || std::abs(mm - fed) < 1e-12 * lambda) return fed;
     }
 }
@@ -277,6 +284,7 @@ void rotate(Chain& chain, int which, double angle) {
     for (std::size_t k = 0; k < chain.devices.size(); ++k) {
         if (!moves(k, which)) continue;
         Device& device = chain.devices[k];
+        assert(device.windup_stiffness == 0 || !device.twists_by_segments());
         if (device.windup_stiffness > 0) {
             device.windup += angle;
         } else {
@@ -319,6 +327,7 @@ int move(Chain& chain, double mm) {
         chain.carried += lambda;
         --made;
     }
+    assert(std::abs(chain.carried) < lambda);
     return made;
 }
 
@@ -382,6 +391,7 @@ std::vector<HubLoad> hub_loads(const Chain& chain, std::span<const WallContact> 
     for (int k = 0; k < static_cast<int>(loads.size()); ++k) {
         if (chain.devices[k].inserted <= 0) continue;
         const int first = first_fed(chain, k);
+        assert(first < grows);  // so that all that a feed changes is distal of it
         fed.devices[k].inserted = chain.devices[k].inserted + by;
         fed.lengths[grows] = chain.lengths[grows] + (k == chain.leading ? by : 0.0);
         assign_from(fed, first);

@@ -13,7 +13,9 @@ double Grip::energy(const Vec3& joint, double turn) const {
 Vec3 Grip::push(const Vec3& joint) const {
     assert(force >= 0);
     const Vec3 e = stretch(joint);
-    return force / std::max(slip_length, e.norm()) * e;
+    const Vec3 push = force / std::max(slip_length, e.norm()) * e;
+    assert(!(push.norm() > force * (1 + 1e-9)));
+    return push;
 }
 
 Mat3 Grip::stiffness(const Vec3& joint) const {
@@ -39,6 +41,7 @@ double Grip::follow(const Vec3& joint) {
     const double kept = slip_length / size;
     anchor = joint - kept * (e - roll * around);
     roll *= kept;
+    assert(!(std::abs(stretch(joint).norm() - slip_length) > 1e-9));
     return force * (size - slip_length);
 }
 

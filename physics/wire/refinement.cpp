@@ -25,11 +25,13 @@ public:
             const auto [from, to] = std::pair(device.inserted - fine - options.fine_length, device.inserted);
             fine_.push_back({static_cast<int>(std::floor((length - to) / lambda)),
                              static_cast<int>(std::ceil((length - from) / lambda))});
+            assert(fine_.back().from < fine_.back().to);
         }
         measure();
     }
 
     int split() {
+        [[maybe_unused]] const int whole = start_.back();
         int count = 0;
         for (bool changed = true; changed;) {
             changed = false;
@@ -37,6 +39,7 @@ public:
                 if (!too_long(i)) continue;
                 split_segment(wire_, i);
                 measure();
+                assert(start_.back() == whole);
                 ++count;
                 changed = true;
             }
@@ -45,6 +48,7 @@ public:
     }
 
     int merge() {
+        [[maybe_unused]] const int whole = start_.back();
         int count = 0;
         for (bool changed = true; changed;) {
             changed = false;
@@ -52,6 +56,7 @@ public:
                 if (!mergeable(i)) continue;
                 merge_segments(wire_, i);
                 measure();
+                assert(start_.back() == whole);
                 ++count;
                 changed = true;
             }
