@@ -1,6 +1,5 @@
 /// `seldinger debrief`: a page about one learner's attempts at one exercise.
 
-#include <algorithm>
 #include <fmt/format.h>
 #include <map>
 #include <memory>

@@ -2,7 +2,6 @@
 /// The window: GLFW, OpenGL 3.3 and Dear ImGui, the hands' input, and pictures on its GPU.
 
 #include <array>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>

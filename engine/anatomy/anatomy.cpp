@@ -13,10 +13,6 @@
 #include "physics/geometry/mesh_topology.h"
 
 namespace anatomy {
-
-using geometry::CentrelineBranch;
-using geometry::Vec3;
-
 namespace {
 
 /// An opening matches its declaration when the rim's centre lies this near to the declared centre.

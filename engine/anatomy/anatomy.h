@@ -13,6 +13,11 @@
 
 namespace anatomy {
 
+using geometry::CentrelineBranch;
+using geometry::Polyline;
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
 enum class EndRole { Inlet, Outlet };
 
 struct VesselEnd {

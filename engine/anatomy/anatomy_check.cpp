@@ -14,8 +14,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::TriangleMesh;
-using geometry::Vec3;
 using Verdict = Check::Verdict;
 
 /// The inner side of a vessel wall, about half of its surface, looks into a tube; that of a lumen looks out.

@@ -1,4 +1,3 @@
-#include <Eigen/Geometry>
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,7 +13,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
 using nlohmann::json;
 
 /// One value of the file and the path to it, for messages such as `ends[2].radius: …`.

@@ -15,7 +15,6 @@ namespace anatomy {
 namespace {
 
 namespace fs = std::filesystem;
-using geometry::Vec3;
 
 /// An orthographic view: a point's place on the page is (right·p, up·p).
 struct View {

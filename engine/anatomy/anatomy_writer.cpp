@@ -1,7 +1,6 @@
 #include "engine/anatomy/anatomy_writer.h"
 
 #include <bit>
-#include <cstring>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +10,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
 using nlohmann::ordered_json;
 
 static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");

@@ -12,8 +12,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 /// Of the way to the target, and at most [mm].
 constexpr double inserted_share = 0.4, most_inserted = 60;
 /// Of the lumen's width; a wire as wide as the lumen would be wedged by the mesh's facets.

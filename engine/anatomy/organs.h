@@ -1,7 +1,6 @@
 #pragma once
 /// Which organ a vessel supplies: its branch's name says so.
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -3,10 +3,7 @@
 /// (.vtk).
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
-#include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>

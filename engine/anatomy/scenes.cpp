@@ -10,9 +10,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Polyline;
-using geometry::Vec3;
-
 double length(const PenMove& move) {
     if (const Run* run = std::get_if<Run>(&move)) return run->length;
     const Arc& arc = std::get<Arc>(move);

@@ -1,7 +1,6 @@
 #pragma once
 /// Synthetic vessels shared by tests, benchmarks, studies and demos: tubes drawn by a pen, and named scenes.
 
-#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>

@@ -7,8 +7,6 @@
 
 namespace anatomy {
 
-using geometry::CentrelineBranch;
-
 VesselWays::VesselWays(const Anatomy& anatomy) {
     const int count = static_cast<int>(anatomy.branches.size());
     for (const CentrelineBranch& branch : anatomy.branches) {

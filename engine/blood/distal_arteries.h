@@ -1,7 +1,6 @@
 #pragma once
 /// The arteries beyond the ends of the lumen, as the contrast that is on its way through them.
 
-#include <array>
 #include <span>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #pragma once
 /// Drawings in SVG for the pages.
 
-#include <span>
 #include <string>
 #include <vector>
 

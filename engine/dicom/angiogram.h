@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "render/picture/image.h"
 #include "render/xray/c_arm.h"

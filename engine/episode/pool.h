@@ -1,10 +1,8 @@
 #pragma once
 /// Many episodes at once on a pool of threads. What each does depends on its own commands alone.
 
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "engine/episode/episode.h"

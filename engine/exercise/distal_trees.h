@@ -1,7 +1,6 @@
 #pragma once
 /// Arteries beyond the ends of the lumen, which only the image shows.
 
-#include <span>
 #include <vector>
 
 #include "engine/blood/contrast_flow.h"

@@ -1,6 +1,5 @@
 #include "engine/exercise/imaging.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 

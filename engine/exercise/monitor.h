@@ -2,7 +2,6 @@
 /// The screens: they take pulses and show images.
 
 #include <deque>
-#include <memory>
 #include <optional>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include "engine/exercise/room_readout.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "engine/exercise/notices.h"

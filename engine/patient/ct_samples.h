@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "engine/io/number_type.h"
 #include "engine/patient/ct_image.h"

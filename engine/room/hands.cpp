@@ -91,12 +91,12 @@ void Hands::move_wire(const Input& input, const exercise::StepReport& last,
     if (std::abs(last.waiting_insertion) > most_behind) push = 0;
     if (std::abs(last.waiting_rotation) > most_behind_in_turn) turn = 0;
     push = rounded(std::clamp(push, -script::largest_motion, script::largest_motion), 1e-3);
-    const double degree = std::numbers::pi / 180;
-    turn = std::clamp(rounded(turn / degree, 1e-2), -script::largest_rotation, script::largest_rotation);
+    turn = std::clamp(rounded(turn / geometry::degree, 1e-2), -script::largest_rotation,
+                      script::largest_rotation);
     if (std::abs(push) > smallest_motion)
         commands.push_back(push > 0 ? script::Command(script::Advance{push, held_})
                                     : script::Command(script::Withdraw{-push, held_}));
-    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * degree, held_});
+    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * geometry::degree, held_});
 }
 
 void Hands::press_pedals(const Input& input, const exercise::Simulation& simulation,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <map>
-#include <numbers>
 #include <toml++/toml.h>
 
 #include "engine/io/error.h"
@@ -11,12 +10,13 @@
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/script/command.h"
+#include "physics/geometry/vec.h"
 #include "render/xray/materials.h"
 
 namespace room {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+using geometry::degree;
 
 constexpr std::array<ActionInfo, actions> table = {{
     {"advance", "push the wire"},

@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/score.h"

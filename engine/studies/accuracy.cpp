@@ -1,23 +1,405 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "engine/io/cpu_clock.h"
-#include "engine/studies/accuracy_cases.h"
+#include "engine/studies/bent_tube.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/plane_wire.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/chain.h"
 #include "physics/wire/energy.h"
 
 namespace studies {
 namespace {
 
 using physics::EndCells;
+using physics::LumenWall;
+
+/// A quantity of the exact wire, and the error of a chain: for a length relative to the wire's length, for
+/// all else relative to the exact value.
+struct AgainstExact {
+    std::string quantity;
+    double exact = 0, measured = 0, error = 0;
+};
+
+/// A wall, and a wire in it that is not yet at rest.
+struct ExactStart {
+    std::unique_ptr<const physics::LumenWall> wall;
+    physics::Chain start;
+};
+
+struct ExactCase {
+    std::string id, title, text;
+    std::string headline;       // the quantity in the picture
+    std::string look;           // gnuplot's style of its lines
+    double length = 0;          // [mm]
+    std::vector<int> segments;  // the last also serves as the exact curve's guess
+    bool has_ends = true;       // otherwise only places far from both ends are compared
+    std::function<ExactStart(int segments, physics::EndCells)> set;
+    std::function<std::vector<AgainstExact>(const physics::Chain&, const physics::LumenWall&)> measure;
+    double exact_residual = 0, exact_step_error = 0;
+};
+
+/// Values common to all cases: EI of a wire alone [N·mm²]; the wall met by a tip alone, flat and of the bent
+/// tube [N/mm]; the wall that helix and arc lie on, per mm of wire [N/mm²].
+constexpr double exact_rigidity = 50, flat_stiffness = 1e4, bent_stiffness = 42, per_length = 42;
+
+constexpr double bend = 30, bent_radius = 3, flat_wall_height = 6;        // of the tubes [mm]
+constexpr double arc_bend_radius = 60, arc_radius = 2, arc_angle = 3.03;  // of the arc's tube [mm], [rad]
+constexpr double helix_radius = 2, helix_pitch = 0.5;  // of the helix's tube [mm]; to its axis [rad]
+
+AgainstExact relative(const std::string& quantity, double exact, double measured) {
+    return {quantity, exact, measured, std::abs(measured / exact - 1)};
+}
+
+Chain wire_of(double length, int segments, EndCells ends, const Vec3& entry, const Vec3& clamped,
+              const std::function<Vec3(double)>& tangent) {
+    const double lambda = length / segments;
+    std::vector<Vec3> tangents;
+    for (int i = 0; i < segments; ++i) tangents.push_back(tangent((i + 0.5) * lambda));
+    return physics::uniform_wire(exact_rigidity, lambda, entry, clamped, tangents, ends);
+}
+
+Vec3 heading(double angle) {
+    return {std::cos(angle), std::sin(angle), 0};
+}
+
+/// Wall stiffness for a joint of the spec's λ at which the tip gets this stiffness under either rule.
+double for_tip(double stiffness, EndCells ends) {
+    return ends == EndCells::Half ? 2 * stiffness : stiffness;
+}
+
+/// Tip and farthest joint of a wire of this length, whose joint i lies off(i) from the exact wire's [mm], and
+/// its energy.
+std::vector<AgainstExact> compared(const Chain& wire, const LumenWall& wall, double length,
+                                   double exact_energy, const std::function<double(int)>& off) {
+    double farthest = 0, tip = 0;
+    for (int i = 0; i <= wire.segments(); ++i) farthest = std::max(farthest, tip = off(i));
+    const double energy = physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+    return {{"tip", 0, tip, tip / length},
+            {"farthest joint", 0, farthest, farthest / length},
+            relative("energy", exact_energy, energy)};
+}
+
+/// Uses the global relaxer, to a gradient over C of 1e-11.
+void bring_to_rest(Chain& wire, const LumenWall& wall) {
+    physics::RelaxerConfig config;
+    config.tolerance = 1e-11;
+    physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
+}
+
+/// Compares tip, farthest joint, energy and, on a wall, the force of the tip with the exact wire in a plane.
+void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
+    ExactStart fine = c.set(c.segments.back(), EndCells::Half);
+    bring_to_rest(fine.start, *fine.wall);
+    const auto contacts = physics::all_contacts(fine.start, *fine.wall);
+    Vec3 force = -contacts.back().push() + problem.length * Vec3(problem.load[0], problem.load[1], 0);
+    const double turn = std::asin(fine.start.tangents[0].cross(fine.start.tangents[1]).z());
+    const PlaneCurve curve = exact_curve(problem, c.segments.back(), fine.start.spring_constant(0) * turn,
+                                         Vec2(force[0], force[1]));
+    c.exact_residual = curve.residual;
+    c.exact_step_error = curve.step_error;
+    c.measure = [curve, problem](const Chain& wire, const LumenWall& wall) {
+        const int each = static_cast<int>(curve.points.size() - 1) / wire.segments();
+        auto list = compared(wire, wall, problem.length, curve.energy, [&](int i) {
+            const Vec2& x = curve.points[static_cast<std::size_t>(i) * each].place;
+            return (wire.joints[i] - Vec3(x[0], x[1], 0)).norm();
+        });
+        if (problem.wall)
+            list.push_back(relative("force", curve.points.back().force.norm(),
+                                    physics::all_contacts(wire, wall).back().force()));
+        return list;
+    };
+}
+
+ExactCase flat_wall() {
+    ExactCase c;
+    c.id = "wall";
+    c.title = "clamped wire on a wall: force";
+    c.text =
+        fmt::format("20 mm of wire clamped at 0.6 rad to a flat wall {:g} mm away, on which its tip slides",
+                    flat_wall_height);
+    c.headline = "force";
+    c.look = "lc rgb '#D55E00'";
+    c.length = 20;
+    c.segments = {5, 10, 20, 40, 80};
+    c.set = [](int n, EndCells ends) {
+        const auto tangent = [](double s) { return heading(0.6 * (1 - 0.8 * s / 20)); };
+        return ExactStart{
+            std::make_unique<physics::TubeWall>(geometry::Polyline{{-20, 0, 0}, {60, 0, 0}}, flat_wall_height,
+                                                for_tip(flat_stiffness, ends)),
+            wire_of(20, n, ends, Vec3::Zero(), heading(0.6), tangent)};
+    };
+    PlaneWire problem{.rigidity = exact_rigidity, .length = 20, .angle = 0.6};
+    problem.wall = [](const Vec2& x) { return PlaneContact{x[1] - flat_wall_height, Vec2(0, 1)}; };
+    problem.tip_stiffness = flat_stiffness;
+    hold_to_exact(c, problem);
+    return c;
+}
+
+ExactCase bent_tube() {
+    ExactCase c;
+    c.id = "bent tube";
+    c.title = "wire through a bent tube: farthest joint";
+    c.text = fmt::format(
+        "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
+        "outer wall",
+        bent_radius, bend);
+    c.headline = "farthest joint";
+    c.look = "lc rgb '#0072B2'";
+    c.length = 60;
+    c.segments = {15, 30, 60, 120, 240};
+    c.set = [](int n, EndCells ends) {
+        const auto tangent = [](double s) { return heading(s / bend); };
+        return ExactStart{std::make_unique<BentTube>(bend, 2.7, bent_radius, for_tip(bent_stiffness, ends)),
+                          wire_of(60, n, ends, Vec3::Zero(), heading(0), tangent)};
+    };
+    PlaneWire problem{.rigidity = exact_rigidity, .length = 60};
+    problem.wall = [](const Vec2& x) {
+        const Vec2 out = x - Vec2(0, bend);
+        const double beyond = out.norm() - bend;
+        return PlaneContact{std::abs(beyond) - bent_radius, std::copysign(1.0, beyond) * out.normalized()};
+    };
+    problem.tip_stiffness = bent_stiffness;
+    hold_to_exact(c, problem);
+    return c;
+}
+
+ExactCase weight(const char* id, double load, const char* how, const char* look) {
+    ExactCase c;
+    c.id = id;
+    c.text = fmt::format("40 mm of wire clamped level, far from any wall, under {:g} N/mm: {}", load, how);
+    c.title = fmt::format("{}: tip", id);
+    c.headline = "tip";
+    c.look = look;
+    c.length = 40;
+    c.segments = {25, 50, 100, 200, 400};
+    c.set = [load](int n, EndCells ends) {
+        ExactStart s{
+            std::make_unique<physics::TubeWall>(geometry::Polyline{{-50, 0, 0}, {90, 0, 0}}, 80.0, 1.0),
+            wire_of(40, n, ends, Vec3::Zero(), heading(0), [](double) { return heading(0); })};
+        s.start.load = Vec3(0, -load, 0);
+        return s;
+    };
+    hold_to_exact(c, {.rigidity = exact_rigidity, .length = 40, .load = Vec2(0, -load)});
+    return c;
+}
+
+/// First and last joint of the middle quarter.
+std::pair<int, int> middle(const Chain& wire) {
+    return {wire.segments() * 3 / 8, wire.segments() * 5 / 8};
+}
+
+/// The wall's force on everything distal of a joint.
+Vec3 push_from(const std::vector<physics::WallContact>& contacts, int joint) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = contacts.size() - 1; i >= static_cast<std::size_t>(joint); --i)
+        sum += contacts[i].push();
+    return sum;
+}
+
+ExactCase helix() {
+    ExactCase c;
+    c.id = "helix";
+    c.title = "helix in a cylinder: axial force";
+    c.text = fmt::format(
+        "200 mm of wire held short in a straight closed tube of radius {:g} mm, where it lies as a helix at "
+        "about {:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r "
+        "those of its joints",
+        helix_radius, helix_pitch);
+    c.headline = "axial force";
+    c.look = "lc rgb '#009E73'";
+    c.length = 200;
+    c.segments = {50, 100, 200, 400, 800};
+    c.has_ends = false;
+    c.set = [](int n, EndCells ends) {
+        const double turn = std::sin(helix_pitch) / helix_radius;
+        const auto tangent = [=](double s) {
+            return Vec3(std::cos(helix_pitch), -std::sin(helix_pitch) * std::sin(turn * s),
+                        std::sin(helix_pitch) * std::cos(turn * s));
+        };
+        const geometry::Polyline axis = {{-20, 0, 0}, {200 * std::cos(helix_pitch) - 0.5, 0, 0}};
+        return ExactStart{std::make_unique<physics::TubeWall>(axis, helix_radius, per_length * 200 / n),
+                          wire_of(200, n, ends, Vec3(0, helix_radius, 0), tangent(0), tangent)};
+    };
+    c.measure = [](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        const auto [first, last] = middle(wire);
+        const auto contacts = physics::all_contacts(wire, wall);
+        double turn = 0, advance = 0, radius = 0, pressing = 0;
+        for (int i = first; i < last; ++i) {
+            const Vec3 &p = wire.joints[i], &q = wire.joints[i + 1];
+            turn += std::atan2(p.y() * q.z() - p.z() * q.y(), p.y() * q.y() + p.z() * q.z());
+            advance += q.x() - p.x();
+            radius += std::hypot(p.y(), p.z()) / (last - first);
+            pressing += contacts[i].force() / wire.lengths[i] / (last - first);
+        }
+        const double angle = std::atan2(radius * turn, advance), s = std::sin(angle);
+        return {relative("axial force", 2 * exact_rigidity * s * s * std::cos(angle) / (radius * radius),
+                         push_from(contacts, last).x()),
+                relative("wall force", exact_rigidity * std::pow(s, 4) / std::pow(radius, 3), pressing)};
+    };
+    return c;
+}
+
+ExactCase arc() {
+    ExactCase c;
+    c.id = "arc";
+    c.title = "arc in a bent tube: bending moment";
+    c.text = fmt::format(
+        "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
+        "in the middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
+        arc_radius, arc_bend_radius);
+    c.headline = "moment";
+    c.look = "lc rgb '#CC79A7'";
+    c.length = 188;
+    c.segments = {47, 94, 188, 376, 752};
+    c.has_ends = false;
+    c.set = [](int n, EndCells ends) {
+        // From the axis to the outer wall in 20 mm, then along it.
+        const auto tangent = [](double s) {
+            if (s > 20) return heading(20 / arc_bend_radius + (s - 20) / (arc_bend_radius + arc_radius));
+            return heading(s / arc_bend_radius - arc_radius / 20 * (1 - std::cos(2 * M_PI * s / 20)));
+        };
+        return ExactStart{
+            std::make_unique<BentTube>(arc_bend_radius, arc_angle, arc_radius, per_length * 188 / n),
+            wire_of(188, n, ends, Vec3::Zero(), heading(0), tangent)};
+    };
+    c.measure = [](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        const int joint = wire.segments() / 2;
+        const auto contacts = physics::all_contacts(wire, wall);
+        const double rho = (wire.joints[joint] - Vec3(0, arc_bend_radius, 0)).norm();
+        Vec3 moment = Vec3::Zero();
+        for (int i = joint + 1; i <= wire.segments(); ++i)
+            moment -= (wire.joints[i] - wire.joints[joint]).cross(contacts[i].push());
+        const double compression = push_from(contacts, joint + 1).dot(wire.tangents[joint + 1]);
+        return {relative("moment", exact_rigidity / rho, moment.z()),
+                relative("wall force", compression / rho, contacts[joint].force() / wire.lengths[joint])};
+    };
+    return c;
+}
+
+/// Devices on a chain of so many segments, in a place where nothing touches them.
+ExactStart nested_start(const std::vector<physics::Device>& devices, int segments, EndCells ends) {
+    const double length = devices[0].inserted;
+    return {std::make_unique<physics::TubeWall>(geometry::Polyline{{-500, 0, 0}, {500, 0, 0}}, 400.0, 1.0),
+            physics::chain_along(devices, {length / segments, ends}, {{0, 0, 0}, {length, 0, 0}})};
+}
+
+physics::Device uniform_device(double rigidity, double inserted) {
+    physics::Device device;
+    device.spec.sections = {{0, rigidity, rigidity}};
+    device.inserted = inserted;
+    return device;
+}
+
+/// Two curved rods, the outer one's end a third of a cell from a joint however long the cells are. Each bends
+/// as the sum of the moments has it: an arc where both are, another one beyond, whose plane starts from the
+/// first's parallel-transported directors.
+ExactCase nested_rods(const char* id, double apart, const char* look) {
+    constexpr double inner_length = 120, outer_length = 80 + 4.0 / 3;
+    constexpr double inner_rigidity = 60, outer_rigidity = 150, inner_bend = 1.0 / 50, outer_bend = 1.0 / 67;
+    ExactCase c;
+    c.id = id;
+    c.title = fmt::format("{}: farthest joint", id);
+    c.text = fmt::format(
+        "{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another (EI {:g} N·mm², {:g} "
+        "mm), free, their planes {:g}° apart",
+        inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity, 1 / outer_bend, apart);
+    c.headline = "farthest joint";
+    c.look = look;
+    c.length = inner_length;
+    c.segments = {30, 60, 120, 240, 480};
+    const double roll = apart * geometry::degree;
+    c.set = [roll](int n, EndCells ends) {
+        std::vector<physics::Device> devices = {uniform_device(inner_rigidity, inner_length),
+                                                uniform_device(outer_rigidity, outer_length)};
+        devices[0].spec.shape = {{inner_length, inner_length * inner_bend, 0}};
+        devices[1].spec.shape = {{outer_length, outer_length * outer_bend, 0}};
+        devices[1].roll = roll;
+        return nested_start(devices, n, ends);
+    };
+    const Vec2 inner(inner_bend, 0),
+        outer = outer_bend * Vec2(std::cos(roll), std::sin(roll)),
+        both = (inner_rigidity * inner + outer_rigidity * outer) / (inner_rigidity + outer_rigidity);
+    const double energy =
+        0.5 * outer_length *
+        (inner_rigidity * (both - inner).squaredNorm() + outer_rigidity * (both - outer).squaredNorm());
+    c.measure = [=](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        geometry::Mat3 start;  // directors and tangent
+        start << wire.base_director, wire.tangents[0].cross(wire.base_director), wire.tangents[0];
+        const auto along = [](const Vec2& curvature, double s, Vec3& x, geometry::Mat3& frame) {
+            const double turn = curvature.norm() * s;
+            const Vec3 way = (frame.leftCols<2>() * curvature).normalized(), u = frame.col(2);
+            x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * way);
+            frame = Eigen::AngleAxisd(turn, u.cross(way)) * frame;
+        };
+        return compared(wire, wall, inner_length, energy, [&](int i) {
+            const double s = i * wire.grid.segment_length;
+            Vec3 x = wire.joints[0];
+            geometry::Mat3 frame = start;
+            if (s > 0) along(both, std::min(s, outer_length), x, frame);
+            if (s > outer_length) along(inner, s - outer_length, x, frame);
+            return (wire.joints[i] - x).norm();
+        });
+    };
+    return c;
+}
+
+ExactCase ahead_of_a_catheter() {
+    constexpr double length = 60, covered = 124.0 / 3, load = 1e-3, wire = 6, catheter = 200;
+    ExactCase c;
+    c.id = "wire ahead";
+    c.title = "wire ahead of a catheter: tip";
+    c.text = fmt::format(
+        "{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), clamped level, under "
+        "{:g} N/mm",
+        length, wire, covered, catheter, load);
+    c.headline = "tip";
+    c.look = "lc rgb '#44AA99'";
+    c.length = length;
+    c.segments = {15, 30, 60, 120, 240};
+    c.set = [](int n, EndCells ends) {
+        ExactStart s =
+            nested_start({uniform_device(wire, length), uniform_device(catheter, covered)}, n, ends);
+        s.start.load = Vec3(0, -load, 0);
+        return s;
+    };
+    hold_to_exact(c, {.rigidity = wire,
+                      .length = length,
+                      .stiffer_length = covered,
+                      .stiffer_rigidity = wire + catheter,
+                      .load = Vec2(0, -load)});
+    return c;
+}
+
+/// A clamped wire on a wall, one through a bent tube, two under loads; a helix and an arc far from their
+/// ends; pairs of nested rods, free in space; a wire ahead of a catheter's end, under a load.
+std::vector<ExactCase> exact_cases() {
+    return {flat_wall(),
+            bent_tube(),
+            weight("small load", 1e-5, "the tip sinks 0.06 mm", "lc rgb '#E69F00'"),
+            weight("large load", 4e-3, "the tip sinks 21 mm", "lc rgb '#56B4E9'"),
+            helix(),
+            arc(),
+            nested_rods("opposed rods", 180, "lc rgb '#882255'"),
+            nested_rods("aligned rods", 0, "lc rgb '#999933'"),
+            nested_rods("crossed rods", 90, "lc rgb '#332288'"),
+            ahead_of_a_catheter()};
+}
 
 constexpr std::array rule_table = {EndCells::Half, EndCells::Paper};
 

@@ -20,7 +20,6 @@ namespace {
 
 using geometry::CentrelineBranch;
 using geometry::TriangleMesh;
-using geometry::Vec3;
 using physics::LumenWall;
 using physics::WallContact;
 

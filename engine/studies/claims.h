@@ -1,7 +1,6 @@
 #pragma once
 /// Claims as files and tables, and how many there are of each class.
 
-#include <map>
 #include <span>
 #include <string>
 #include <vector>

@@ -22,9 +22,6 @@
 namespace studies {
 namespace {
 
-using geometry::Vec3;
-using physics::Chain;
-
 /// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is per length of wire.
 struct Case {
     std::string name;

@@ -21,7 +21,6 @@ namespace studies {
 namespace {
 
 using geometry::TriangleMesh;
-using geometry::Vec3;
 using render::CArm;
 
 using std::numbers::pi;

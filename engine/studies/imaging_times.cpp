@@ -20,8 +20,6 @@
 namespace studies {
 namespace {
 
-using geometry::Polyline;
-using geometry::Vec3;
 using render::CArm;
 using render::Exposure;
 using render::Field;

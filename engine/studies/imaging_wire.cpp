@@ -11,8 +11,6 @@
 namespace studies {
 namespace {
 
-using geometry::Polyline;
-using geometry::Vec3;
 using render::Bins;
 using render::CArm;
 using render::EnergyBins;

@@ -2,9 +2,7 @@
 /// The paper's measure of a joint's path to equilibrium: its lateral deviation d_i from a reference curve in
 /// a plane, followed through the updates of a relaxation.
 
-#include <limits>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "physics/relax/relaxer.h"

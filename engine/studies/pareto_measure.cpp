@@ -10,9 +10,6 @@
 namespace studies {
 namespace {
 
-using geometry::Vec3;
-using physics::Chain;
-
 /// The wire through these joints; a rival's segments may be a little longer or shorter than λ.
 Chain through(Chain wire, const std::vector<Vec3>& joints) {
     for (int i = 1; i <= wire.segments(); ++i) wire.tangents[i] = (joints[i] - joints[i - 1]).normalized();

@@ -17,7 +17,6 @@
 namespace studies {
 namespace {
 
-using physics::Chain;
 using physics::RelaxerKind;
 
 class OwnRunner final : public ParetoRunner {

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -24,7 +23,6 @@ using anatomy::Patient;
 using anatomy::SampledBranch;
 using anatomy::Sex;
 using anatomy::VesselTree;
-using geometry::Vec3;
 
 /// A published dimension of vessels, and how it is measured in a grown tree.
 struct PublishedFigure {

@@ -2,7 +2,6 @@
 /// Medians and other quantiles of a study's figures.
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace studies {

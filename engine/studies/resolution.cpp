@@ -1,6 +1,5 @@
 #include "engine/studies/resolution.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>

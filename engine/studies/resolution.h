@@ -1,7 +1,6 @@
 #pragma once
 /// How a wire's energy at rest depends on the number of its segments (the paper's Fig. 13), in any tube.
 
-#include <array>
 #include <span>
 #include <string>
 #include <vector>

@@ -57,7 +57,7 @@ io::Table numbers_table(const std::vector<BreakingCase>& cases,
     io::Table table{"stability",
                     {"row", "column", "case", "method", "outcome", "code", "energy_N_mm",
                      "reference_energy_N_mm", "reference_gradient", "deviation_mm", "basin_deviation_mm",
-                     "gradient", "max_penetration_mm", "updates", "cpu_s", "energy", "energy", "figures"}};
+                     "gradient", "max_penetration_mm", "updates", "cpu_s", "energy", "figures"}};
     for (std::size_t r = 0; r < cases.size(); ++r) {
         for (std::size_t k = 0; k < columns.size(); ++k) {
             const StabilityCell& cell = cells[r * columns.size() + k];
@@ -108,34 +108,26 @@ std::string page(const std::vector<BreakingCase>& cases, const std::vector<Stabi
         "`; never edited by hand. Each cell: what came of it, the energy at the end, the farthest joint from "
         "the reference, and processor time.\n\n![The map](stability.svg)\n\n" +
         io::to_markdown(map) + "\n## Rules\n\nThe first that holds names the cell.\n\n";
-    text += "1. **NaN**: a joint or the energy is not a finite number.\n";
     text += fmt::format(
+        "1. **NaN**: a joint or the energy is not a finite number.\n"
         "2. **left the lumen**: a joint is farther beyond the wall than {} of the lumen's radius there, and "
-        "than {} times the deepest joint of the reference, which is as deep as the force explains.\n",
-        rules.outside, rules.times_reference);
-    text += fmt::format(
+        "than {} times the deepest joint of the reference, which is as deep as the force explains.\n"
         "3. **wrong basin**: the largest gradient over C is at most {:g}, but the slow flow from there ends "
-        "more than {} mm from the reference.\n",
-        rules.gradient, rules.basin);
-    text += fmt::format(
-        "4. **converged**: the gradient is as small and every joint within {} mm of the reference.\n",
-        rules.basin);
-    text += fmt::format(
+        "more than {} mm from the reference.\n"
+        "4. **converged**: the gradient is as small and every joint within {} mm of the reference.\n"
         "5. **oscillates**: the gradient is larger, and in the last quarter of {} samples over the work the "
-        "energy rose at least once by more than {:g} of it.\n",
-        rules.samples, rules.rise);
-    text += fmt::format(
+        "energy rose at least once by more than {:g} of it.\n"
         "6. **stuck**: the gradient is larger, yet no joint moved by {:g} mm in the last quarter of the "
-        "work, as where the planes of a mesh meet in an edge.\n",
-        rules.stuck);
-    text +=
+        "work, as where the planes of a mesh meet in an edge.\n"
         "7. **still moving**: none of these when the work was done.\n\nThe **reference** is a very slow "
         "descent of the true energy from the same start: implicit steps in a viscous medium, no joint "
         "farther than 0.02 mm a step, until the gradient over C is 1e-9 or no step lowers the energy. It "
         "shares no code with the methods but wire, bending and wall.\n\nWhere the work is half spent before "
         "the last of several disturbances, each has an equal part of it. All methods get the same number of "
         "segment updates; a step of the global one counts N. It stops when it has converged, and its time is "
-        "what that took.\n\n## Cases\n\n";
+        "what that took.\n\n## Cases\n\n",
+        rules.outside, rules.times_reference, rules.gradient, rules.basin, rules.basin, rules.samples,
+        rules.rise, rules.stuck);
     for (std::size_t r = 0; r < cases.size(); ++r) {
         const BreakingCase& c = cases[r];
         text += fmt::format("- **{}**: {} {} cycles of work. {}.", c.what, c.how, c.cycles, numbers_of(c));

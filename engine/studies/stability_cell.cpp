@@ -20,9 +20,6 @@
 namespace studies {
 namespace {
 
-using geometry::Polyline;
-using geometry::Vec3;
-using physics::Chain;
 using physics::TubeWall;
 
 void disturb(Chain& wire, const Disturbance& disturbance) {

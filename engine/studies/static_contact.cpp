@@ -13,8 +13,6 @@
 namespace studies {
 namespace {
 
-using physics::Chain;
-
 /// Which terms of Eq. 17 are kept.
 struct ContactCase {
     const char* name;

@@ -12,9 +12,15 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/io/plot.h"
 #include "engine/io/table.h"
+#include "physics/wire/chain.h"
 #include "render/picture/image.h"
 
 namespace studies {
+
+using geometry::Polyline;
+using geometry::Vec2;
+using geometry::Vec3;
+using physics::Chain;
 
 struct StudyProgress {
     int done = 0, of = 1;

@@ -20,8 +20,6 @@ namespace studies {
 namespace {
 
 using geometry::Mat3;
-using geometry::Vec3;
-using physics::Chain;
 using physics::WallContact;
 
 constexpr double wall_stiffness = 42, rigidity = 50, radius = 1, segment_length = 1;

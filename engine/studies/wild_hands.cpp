@@ -20,8 +20,6 @@
 namespace studies {
 namespace {
 
-using geometry::Vec3;
-
 constexpr double largest_push = 30;                    // a frame [mm]
 constexpr double largest_turn = 2 * std::numbers::pi;  // a frame [rad]
 constexpr int frames_of_a_trend = 40, frames_of_a_grip = 10;

@@ -9,7 +9,6 @@
 #include "render/xray/c_arm.h"
 
 namespace render {
-
 namespace {
 
 constexpr const char* dash = "--";

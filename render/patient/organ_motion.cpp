@@ -11,9 +11,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::Vec3;
-
 namespace {
 
 bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {

@@ -11,10 +11,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 constexpr double skin_behind = 108.0;   // of the back, behind the front of the lumbar vertebrae [mm]

@@ -7,11 +7,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::Polyline;
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 using std::numbers::pi;

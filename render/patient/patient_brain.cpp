@@ -12,9 +12,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::Vec3;
-
 namespace {
 
 constexpr double brain_cell = 5.0;  // of the grid [mm]

@@ -10,10 +10,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::Polyline;
-using geometry::Vec3;
-
 namespace {
 
 constexpr double pleura_to_rib = 5.0;     // from the lungs to the middle of a rib [mm]

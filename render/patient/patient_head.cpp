@@ -8,9 +8,6 @@
 namespace render {
 
 using Eigen::Isometry3d;
-using geometry::Polyline;
-using geometry::TriangleMesh;
-using geometry::Vec3;
 
 namespace {
 

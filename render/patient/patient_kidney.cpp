@@ -9,10 +9,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 constexpr double kidney_cell = 2.5, pyramid_cell = 1.6;  // of the grids [mm]

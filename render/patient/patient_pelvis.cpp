@@ -12,11 +12,10 @@ namespace render {
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
-using geometry::Vec3;
+using geometry::degree;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double hip_cell = 2.2, femoral_cell = 2.2;  // of the grids [mm]
 
 /// Middle of the left hip joint: 178 mm between both (estimate; texts give 160 to 190), head 24 mm in radius

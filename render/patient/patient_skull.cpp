@@ -9,7 +9,6 @@ namespace render {
 
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
-using geometry::Vec3;
 
 namespace {
 

@@ -12,7 +12,6 @@ namespace render {
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
-using geometry::Vec3;
 
 namespace {
 

@@ -1,4 +1,3 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,9 +6,6 @@
 #include "render/patient/patient_parts.h"
 
 namespace render {
-
-using geometry::Vec3;
-
 namespace {
 
 /// Distances at the nodes of a coarse grid, linear between them: a place costs nothing then.

@@ -5,10 +5,8 @@
 /// magnitude are enough.
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <string_view>
 #include <vector>
 
 #include "physics/geometry/vec.h"

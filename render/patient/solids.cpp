@@ -13,10 +13,6 @@
 
 namespace render {
 
-using geometry::Polyline;
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 TriangleMesh loft(const std::vector<Polyline>& rings) {
     assert(rings.size() >= 2 && rings.front().size() >= 3);
     TriangleMesh mesh;

@@ -8,6 +8,10 @@
 
 namespace render {
 
+using geometry::Polyline;
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
 /// A cross-section: points centre + a·|cos|^(2/n)·u + b·|sin|^(2/n)·v of a superellipse. n = 2 is an ellipse,
 /// larger is boxier.
 struct Ring {

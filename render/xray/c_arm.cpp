@@ -1,6 +1,5 @@
 #include "render/xray/c_arm.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -9,8 +8,6 @@
 #include "physics/geometry/vec.h"
 
 namespace render {
-
-using geometry::Vec3;
 
 bool operator==(const CArm& a, const CArm& b) {
     return a.lao == b.lao && a.cranial == b.cranial && a.sid == b.sid && a.sod == b.sod &&

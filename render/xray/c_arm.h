@@ -12,6 +12,10 @@
 
 namespace render {
 
+using geometry::Polyline;
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
 inline constexpr double widest_opening = 1000;  // of the collimator: open [mm]
 
 struct CArm {

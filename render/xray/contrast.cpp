@@ -12,10 +12,6 @@
 #include "render/xray/surface_crossings.h"
 
 namespace render {
-
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 constexpr int samples = 2;  // rays along a side of a pixel

@@ -8,8 +8,6 @@
 namespace render {
 namespace {
 
-using geometry::Vec3;
-
 /// Area of a disc's part between its edge at −radius and a line at u [px²].
 float disc_part(float radius, float u) {
     if (u <= -radius) return 0.0f;

@@ -13,8 +13,6 @@
 
 namespace render {
 
-using geometry::Vec3;
-
 void require_usable(const CArm& arm, const Exposure& exposure) {
     std::string wrong;
     for (const auto& found : {problems(arm), problems(exposure)})

@@ -22,8 +22,6 @@
 #include "render/xray/wire_image.h"
 
 namespace render {
-using geometry::Vec3;
-
 namespace {
 
 /// Keeps scratch memory and the vessels of the last view; the results depend on the arguments alone. `layers`

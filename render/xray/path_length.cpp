@@ -14,10 +14,6 @@
 #include "render/xray/surface_crossings.h"
 
 namespace render {
-
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 // Depth is relative to the isocentre plane, which preserves digits in the float target and limits the harm of

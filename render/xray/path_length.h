@@ -1,7 +1,6 @@
 #pragma once
 /// The length of each pixel's ray inside a closed mesh.
 
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <stdexcept>

@@ -1,8 +1,6 @@
 #pragma once
 /// Scattered radiation behind the patient and the grid.
 
-#include <span>
-
 #include "render/picture/image.h"
 #include "render/xray/materials.h"
 

@@ -5,10 +5,6 @@
 #include <cmath>
 
 namespace render {
-
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 namespace {
 
 /// Finds crossings by rasterising the triangles on the grid of samples. Corners are snapped to 2⁻¹⁴ samples

@@ -14,7 +14,6 @@
 namespace render {
 
 using geometry::Mat3;
-using geometry::Vec3;
 
 Mat3 VolumeGrid::axes() const {
     Mat3 columns;

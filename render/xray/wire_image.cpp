@@ -7,10 +7,6 @@
 #include "render/picture/fast_math.h"
 
 namespace render {
-
-using geometry::Polyline;
-using geometry::Vec3;
-
 namespace {
 
 constexpr double longest = 1e3;  // longest chord that counts, for any wire [mm]

@@ -28,6 +28,7 @@ TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
     ASSERT_EQ(a.rows.size(), 13u * 6u);
     ASSERT_EQ(b.rows.size(), a.rows.size());
     for (std::size_t r = 0; r < a.rows.size(); ++r) {
+        EXPECT_EQ(a.rows[r].size(), a.columns.size());
         for (const char* name :
              {"case", "method", "outcome", "energy_N_mm", "deviation_mm", "gradient", "updates"}) {
             const std::size_t k = a.column(name);

@@ -11,8 +11,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 /// From 1 in the middle to 0 at both ends of a stretch.
 double bell(double from_middle, double half_length) {
     const double part = std::abs(from_middle) / half_length;

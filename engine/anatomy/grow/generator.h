@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/anatomy/grow/remesh.h"
+#include "engine/anatomy/grow/implicit_lumen.h"
 #include "engine/anatomy/grow/vessel_tree.h"
 
 namespace anatomy {

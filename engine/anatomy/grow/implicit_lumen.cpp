@@ -9,8 +9,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 constexpr double blend_width = 0.8;           // of the child's radius
 constexpr double full_blend = 3, fading = 3;  // child's radii from the junction, and from full_blend on
 constexpr int group_length = 16;              // samples

@@ -5,7 +5,6 @@ namespace anatomy {
 namespace {
 
 using geometry::degree;
-using geometry::Vec3;
 
 // Women's aorta is 0.864 of men's (15.9 ± 1.7 and 18.4 ± 1.8 mm in CT of 3692 adults: Kim 2022, PLoS One
 // 17:e0268077), and wider by 1 mm for 0.23 m² of body surface, as the ascending one (Turkbey 2014, PMID

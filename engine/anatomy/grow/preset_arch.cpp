@@ -8,7 +8,6 @@ namespace anatomy {
 namespace {
 
 using geometry::degree;
-using geometry::Vec3;
 
 // The ascending aorta is 1.9 mm wider in men than in women of their size, wider by 1 mm for every ten years
 // and for 0.23 m² of body surface (MRI of 3573 adults: Turkbey 2014, PMID 23681649).

@@ -5,7 +5,6 @@ namespace anatomy {
 namespace {
 
 using geometry::degree;
-using geometry::Vec3;
 
 // Men's arteries tend to be a little wider (Rai 2013, PMID 23188788), others found no difference of the sexes
 // (Med Imaging Radiat Oncol 2009;53:248); those of the back widen with age (Rai). Lengths hardly follow the

@@ -5,7 +5,6 @@ namespace anatomy {
 namespace {
 
 using geometry::degree;
-using geometry::Vec3;
 
 // Women's coronary arteries are 9 % narrower also for their size of body, and age changes nothing (Dodge
 // 1992, Circulation 86:232); the figures are those of men. Lengths go with the heart's size (estimate).

@@ -11,9 +11,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 constexpr int n = ImplicitLumen::block_cells, w = n + 1;  // cells and nodes along a block
 constexpr int nodes_of_block = n * n * n, nodes_of_window = w * w * w;
 constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();

@@ -9,8 +9,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 constexpr std::uint64_t attempts_of_shape = 6;  // before dimensions are drawn anew
 constexpr double pair_share = 0.5;              // of the variance that both sides have in common
 constexpr double displacement = 0.3;            // of inner knots, in radii

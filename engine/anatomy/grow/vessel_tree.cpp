@@ -18,9 +18,6 @@ std::string name_of_grown(const std::string& source, std::uint64_t seed) {
 
 namespace {
 
-using geometry::Polyline;
-using geometry::Vec3;
-
 /// A centreline through knots: a Catmull-Rom spline with centripetal parameters, which neither overshoots nor
 /// loops between knots. Radii follow a monotone cubic (Fritsch and Carlson 1980), so that none exceeds those
 /// of its knots.

@@ -11,8 +11,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::Vec3;
-
 constexpr double least_radius = 0.2, largest_radius = 30;  // of arteries that a wire enters [mm]
 constexpr double largest_extent = 2000;                    // [mm]
 constexpr double steepest_taper = 0.8;                     // radius per length; at 1 balls contain each other

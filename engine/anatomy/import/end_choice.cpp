@@ -13,9 +13,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::CentrelineBranch;
-using geometry::Vec3;
-
 /// A place given for an end may be this far from it, in its radii and in any case [mm].
 constexpr double end_reach = 3, least_end_reach = 3;
 

@@ -5,7 +5,7 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/first_scenario.h"
-#include "engine/anatomy/import/body_place.h"
+#include "engine/anatomy/import/naming.h"
 #include "engine/anatomy/organs.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"

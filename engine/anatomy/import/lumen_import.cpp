@@ -19,10 +19,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::CentrelineBranch;
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 struct Pruning {
     std::vector<std::string> lines;  // one for each branch that was cut: where, how thin, what is lost
     std::vector<int> closed;         // openings that lie beyond

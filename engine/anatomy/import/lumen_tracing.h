@@ -2,7 +2,6 @@
 /// The branches of a lumen: paths from its inlet to its ends and tips, merged into a tree of centrelines.
 
 #include <functional>
-#include <optional>
 
 #include "engine/anatomy/import/mesh_repair.h"
 #include "physics/geometry/centreline_tree.h"

@@ -10,9 +10,6 @@
 
 namespace anatomy {
 
-using geometry::TriangleMesh;
-using geometry::Vec3;
-
 std::vector<geometry::BoundaryLoop> simple_loops(const TriangleMesh& mesh) {
     std::multimap<int, int> next;  // oriented as a cap's edges
     EdgeUses(mesh.triangles).each([&](const auto* first, const auto* last) {

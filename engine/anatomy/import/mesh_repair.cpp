@@ -22,8 +22,6 @@
 namespace anatomy {
 namespace {
 
-using geometry::TriangleMesh;
-using geometry::Vec3;
 using Triangle = std::array<int, 3>;
 
 /// The edges of a mesh, to keep patches from using one a third time.

@@ -1,7 +1,8 @@
 #pragma once
-/// What a mesh does not say of itself: names for its branches, ends and targets, and how its numbers become
-/// millimetres in the patient's frame, LPS.
+/// What a mesh does not say of itself: names for its branches, ends and targets, how its numbers become
+/// millimetres in the patient's frame, LPS, and where in the body it lies.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,5 +42,13 @@ struct FileFrame {
 geometry::Mat3 to_patient(const FileFrame&);
 
 void transform(const geometry::Mat3&, std::vector<geometry::Vec3>& points);
+
+/// pelvis and abdomen hang on the aortic bifurcation, chest on the aortic valve, head on the sella. Throws
+/// InputError for another word.
+geometry::Landmark landmark_of_part(const std::string& part);
+
+/// Sets the anatomy's body: its landmark lies where the user says or, without that, where such vessels
+/// usually have it. Returns what was assumed, a sentence for the report.
+std::string place_in_part(Anatomy&, const std::string& part, const std::optional<geometry::Vec3>& landmark);
 
 }  // namespace anatomy

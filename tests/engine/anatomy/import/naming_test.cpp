@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "engine/anatomy/import/body_place.h"
 #include "engine/anatomy/import/lumen_import.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
