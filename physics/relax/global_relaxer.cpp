@@ -59,7 +59,8 @@ bool same_turns(const Chain& a, const Chain& b) {
     assert(a.devices.size() == b.devices.size());
     if (a.base_director != b.base_director) return false;
     for (std::size_t k = 0; k < a.devices.size(); ++k)
-        if (a.devices[k].roll != b.devices[k].roll || a.devices[k].windup != b.devices[k].windup)
+        if (a.devices[k].roll != b.devices[k].roll || a.devices[k].windup != b.devices[k].windup ||
+            a.devices[k].windup_stiffness != b.devices[k].windup_stiffness)
             return false;
     return true;
 }
@@ -137,7 +138,7 @@ bool GlobalRelaxer::predict_motion(Chain& wire, HubMotion& motion, int most_upda
     if (!end_report_.converged() || !unchanged(wire).all || at_.model.stages() != wire.segments())
         return false;
     const Prediction prediction =
-        predict(at_, contacts_, wire, end_, motion, end_report_.push_force, most_updates, options_);
+        predict(at_, contacts_, wire, motion, end_report_.push_force, most_updates, options_);
     assert(prediction.updates >= 0 && prediction.changed >= 0);
     assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
     spent_ = prediction.updates;

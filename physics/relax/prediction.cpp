@@ -23,8 +23,8 @@ int moved_segments(const Chain& chain, int device) {
 
 class Predictor {
 public:
-    Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const Chain& rest, const HubMotion& asked,
-              double push_force, const GlobalOptions& options);
+    Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMotion& asked, double push_force,
+              const GlobalOptions& options);
 
     Prediction run(HubMotion& motion, int most_updates);
 
@@ -56,7 +56,7 @@ private:
     Iterate& at_;
     ContactSet& contacts_;
     Chain& wire_;
-    const Chain& rest_;  // where the motion begins
+    const Chain rest_;  // where the motion begins
     const HubMotion asked_;
     const double push_;  // [N]
     const GlobalOptions& options_;
@@ -67,12 +67,12 @@ private:
     int updates_ = 0;
 };
 
-Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const Chain& rest,
-                     const HubMotion& asked, double push_force, const GlobalOptions& options)
+Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMotion& asked,
+                     double push_force, const GlobalOptions& options)
     : at_(at),
       contacts_(contacts),
       wire_(wire),
-      rest_(rest),
+      rest_(wire),
       asked_(asked),
       push_(std::abs(push_force)),
       options_(options),
@@ -254,11 +254,11 @@ HubMotion Predictor::slide(const Part& part) {
 
 }  // namespace
 
-Prediction predict(Iterate& at, ContactSet& contacts, Chain& wire, const Chain& rest, HubMotion& motion,
-                   double push_force, int most_updates, const GlobalOptions& options) {
+Prediction predict(Iterate& at, ContactSet& contacts, Chain& wire, HubMotion& motion, double push_force,
+                   int most_updates, const GlobalOptions& options) {
     assert(at.model.stages() == wire.segments());
     assert(contacts.contacts().size() == wire.joints.size());
-    return Predictor(at, contacts, wire, rest, motion, push_force, options).run(motion, most_updates);
+    return Predictor(at, contacts, wire, motion, push_force, options).run(motion, most_updates);
 }
 
 }  // namespace physics

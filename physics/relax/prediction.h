@@ -16,9 +16,8 @@ struct Prediction {
 /// Moves a wire that is at rest at the iterate, with these contacts, by its whole first-order answer to the
 /// motion, wall and twist included: this is far nearer its new rest than where it would merely slide on.
 /// Where the answer goes farther than the model is good for, less of the motion is made; `motion` becomes
-/// what was made. `rest` is another copy of the wire, `push_force` that of the rest [N]. The iterate then has
-/// foreseen the contacts' forces.
-Prediction predict(Iterate&, ContactSet&, Chain&, const Chain& rest, HubMotion& motion, double push_force,
-                   int most_updates, const GlobalOptions&);
+/// what was made. `push_force` is that of the rest [N]. The iterate then has foreseen the contacts' forces.
+Prediction predict(Iterate&, ContactSet&, Chain&, HubMotion& motion, double push_force, int most_updates,
+                   const GlobalOptions&);
 
 }  // namespace physics
