@@ -5,6 +5,7 @@
 /// A rod of N segments has nodes x_0…x_N. x_0 and the direction of the wire there are held. The first and the
 /// last node stand for half a segment, so the last has half the wall's stiffness.
 
+#include <Eigen/Geometry>
 #include <vector>
 
 namespace rivals {
