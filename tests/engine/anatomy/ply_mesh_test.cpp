@@ -1,7 +1,6 @@
 #include "engine/anatomy/ply_mesh.h"
 
 #include <gtest/gtest.h>
-#include <random>
 
 #include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/anatomy/tubes.h"

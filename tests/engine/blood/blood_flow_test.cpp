@@ -4,7 +4,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
-#include <numeric>
 
 #include "engine/anatomy/grow/generator.h"
 #include "engine/blood/contrast_flow.h"

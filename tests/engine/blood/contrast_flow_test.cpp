@@ -4,7 +4,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
-#include <numeric>
 
 #include "tests/engine/fixtures.h"
 #include "tests/engine/vessels.h"

@@ -1,7 +1,6 @@
 #include "engine/blood/distal_arteries.h"
 
 #include <gtest/gtest.h>
-#include <numeric>
 #include <random>
 
 namespace blood {

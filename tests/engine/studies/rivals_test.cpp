@@ -5,7 +5,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <memory>
-#include <numbers>
 
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/pareto_methods.h"
