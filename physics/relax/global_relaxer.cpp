@@ -8,6 +8,7 @@
 #include "physics/relax/descent.h"
 #include "physics/relax/prediction.h"
 #include "physics/wire/bending.h"
+#include "physics/wire/friction.h"
 
 namespace physics {
 namespace {
@@ -251,9 +252,11 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
         whole_wire();
         if (!grips || !at_rest(end)) break;
         if (search.task.certifies && search.report.newton_steps == steps) break;
-        search.task.certifies = !(next_round() && lag_.update(wire, contacts_.contacts()));
+        search.task.certifies = !(next_round() && lag_.update(wire, contacts_.contacts())) &&
+                                !lag_.let_go(wire, contacts_.contacts());
     }
     assert(lag_.rounds() <= options_.lag.most_rounds);
+    if (at_rest(end)) lag_.close(wire, contacts_.contacts());
     return end;
 }
 
@@ -274,9 +277,7 @@ Termination GlobalRelaxer::find_rest(Search& search) {
 void GlobalRelaxer::finish(Chain& wire, Termination end, RelaxReport& report) {
     assert(contacts_.contacts().size() == wire.joints.size());
     rebuild_joints(wire);
-    if (at_rest(end))
-        for (std::size_t j = 0; j < wire.grips.size(); ++j)
-            wire.friction_loss += wire.grips[j].follow(wire.joints[j]);
+    if (at_rest(end)) follow_grips(wire);
     for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts_.contacts()[i].station;
     report.termination = end;
     report.contacts = contacts_.touching();

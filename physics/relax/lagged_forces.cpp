@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <vector>
+
+#include "physics/wire/energy.h"
 
 namespace physics {
 namespace {
 
 double normal_force(const Chain& chain, std::span<const WallContact> contacts, std::size_t joint) {
     assert(joint < contacts.size() && chain.friction[joint] >= 0);
-    return chain.friction[joint] * contacts[joint].force();
+    const double mu = chain.grips[joint].rests() ? chain.static_friction[joint] : chain.friction[joint];
+    return mu * contacts[joint].force();
 }
 
 }  // namespace
@@ -54,6 +58,36 @@ bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts) {
     chain.friction_loss += stored - grip_energy(chain.grips, chain.joints, 1);
     assert(std::isfinite(chain.friction_loss));
     return true;
+}
+
+bool LaggedForces::let_go(Chain& chain, std::span<const WallContact> contacts) {
+    if (!chain.sticks()) return false;
+    std::vector<std::size_t> slipped;
+    for (std::size_t j = 1; j < chain.grips.size(); ++j) {
+        const Grip& grip = chain.grips[j];
+        if (grip.holds() && grip.rests() && chain.static_friction[j] > chain.friction[j] &&
+            grip.stretch(chain.joints[j]).norm() > slip_length * (1 + 1e-9))
+            slipped.push_back(j);
+    }
+    if (slipped.empty()) return false;
+    if (!snaps_) ledger_ = total_energy(chain, contacts).total() + chain.friction_loss;
+    snaps_ = true;
+    for (const std::size_t j : slipped) {
+        chain.grips[j].rested = just_slipped;
+        chain.grips[j].force *= chain.friction[j] / chain.static_friction[j];
+    }
+    // The forces are sought anew from here.
+    changes_ = {};
+    rounds_ = 0;
+    assert(std::isfinite(ledger_));
+    return true;
+}
+
+void LaggedForces::close(Chain& chain, std::span<const WallContact> contacts) {
+    if (!snaps_) return;
+    chain.friction_loss = ledger_ - total_energy(chain, contacts).total();
+    snaps_ = false;
+    assert(std::isfinite(chain.friction_loss));
 }
 
 }  // namespace physics

@@ -29,7 +29,10 @@ std::string why_not(RelaxerKind kind, std::span<const Device> devices) {
     assert(!devices.empty());
     if (kind == RelaxerKind::Global) return "";
     for (const Device& device : devices) {
-        if (device.spec.friction > 0) return "the paper's relaxers know no friction";
+        const DeviceSpec& spec = device.spec;
+        if (spec.holding_friction() > 0 || spec.holding_inner_friction() > 0 ||
+            spec.holding_valve_friction() > 0)
+            return "the paper's relaxers know no friction";
         if (device.twists_by_segments() || (device.spec.twists() && !device.spec.shape.empty()))
             return "the paper's relaxers know no torsion";
     }

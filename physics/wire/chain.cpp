@@ -201,7 +201,8 @@ void assign_from(Chain& chain, int first) {
     const int n = chain.segments();
     const std::size_t devices = chain.devices.size();
     assert(devices >= 1 && devices <= most_devices && n >= 1 && first >= 0 && first <= n);
-    for (std::vector<double>* list : {&chain.rigidity, &chain.stored, &chain.thickness, &chain.friction})
+    for (std::vector<double>* list :
+         {&chain.rigidity, &chain.stored, &chain.thickness, &chain.friction, &chain.static_friction})
         list->resize(n + 1);
     for (Device& device : chain.devices) {
         device.share.resize(n + 1);
@@ -235,14 +236,17 @@ void assign_from(Chain& chain, int first) {
     assign_joint(chain, n, cell);
     const double inner = chain.inner_radius();
     for (int j = first; j <= n; ++j) {
-        double radius = inner, friction = chain.devices[0].spec.friction;
+        double radius = inner, friction = chain.devices[0].spec.friction,
+               held = chain.devices[0].spec.holding_friction();
         for (const Device& device : chain.devices) {
             const double share = device.share[j];
             radius += share * (0.5 * device.spec.outer_diameter - radius);
             friction += share * (device.spec.friction - friction);
+            held += share * (device.spec.holding_friction() - held);
         }
         chain.thickness[j] = radius - inner;
         chain.friction[j] = friction;
+        chain.static_friction[j] = std::max(friction, held);
     }
     chain.bent = 0;
     for (Device& device : chain.devices) {
@@ -270,6 +274,7 @@ int first_fed(const Chain& chain, int which) {
 void Chain::state(StateStream& s) {
     s(grid, devices, joints, tangents, lengths, stations, base_director, load, leading, tip_segments, carried,
       grips, friction_loss);
+    s.added(!rubs.empty(), rubs, rub_loss);
     if (!s.restores() || joints.empty()) return;
     assign(*this);
     assert(validate(*this).empty());
@@ -306,7 +311,12 @@ int Chain::outermost(double s) const {
 
 bool Chain::has_friction() const {
     return std::any_of(devices.begin(), devices.end(),
-                       [](const Device& device) { return device.spec.friction > 0; });
+                       [](const Device& device) { return device.spec.holding_friction() > 0; });
+}
+
+bool Chain::sticks() const {
+    return std::any_of(devices.begin(), devices.end(),
+                       [](const Device& device) { return device.spec.sticks(); });
 }
 
 bool Chain::within_a_segment(int joint) const {
@@ -593,6 +603,7 @@ void split_segment(Chain& chain, int i, double share) {
     if (!chain.grips.empty()) {
         Grip grip;
         grip.anchor = chain.grips[i - 1].anchor + share * (chain.grips[i].anchor - chain.grips[i - 1].anchor);
+        grip.rested = std::min(chain.grips[i - 1].rested, chain.grips[i].rested);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }
     assign_from(chain, i - 1);
@@ -670,13 +681,17 @@ std::vector<std::string> validate(const Chain& chain) {
     bool alike = n >= 2 && chain.tangents.size() == n && chain.lengths.size() == n &&
                  chain.stations.size() == n && chain.rigidity.size() == n && chain.stored.size() == n &&
                  chain.thickness.size() == n && chain.friction.size() == n &&
-                 (chain.grips.empty() || chain.grips.size() == n);
+                 chain.static_friction.size() == n && (chain.grips.empty() || chain.grips.size() == n);
     for (const Device& device : chain.devices)
         alike = alike && device.rest.size() == n && device.rigidity.size() == n &&
                 (device.wound.empty() || (device.wound.size() == n && device.torsion.size() == n));
     if (!alike) return {"the chain's arrays differ in length"};
-    if (!std::isfinite(chain.carried) || !chain.load.allFinite() || !std::isfinite(chain.friction_loss))
+    if (!std::isfinite(chain.carried) || !chain.load.allFinite() || !std::isfinite(chain.friction_loss) ||
+        !std::isfinite(chain.rub_loss))
         out.push_back("load, friction loss or motion carried over is not finite");
+    for (const Rub& rub : chain.rubs)
+        if (!std::isfinite(rub.slide + rub.moved + rub.force + rub.rested))
+            out.push_back("friction between devices is not finite");
     if (!(std::abs(chain.base_director.norm() - 1) <= 1e-9) ||
         !(std::abs(chain.base_director.dot(chain.tangents[0])) <= 1e-9))
         out.push_back("the base director is not unit and across the entry direction");

@@ -14,6 +14,7 @@
 
 #include "physics/wire/device.h"
 #include "physics/wire/grip.h"
+#include "physics/wire/rub.h"
 
 namespace physics {
 
@@ -57,15 +58,18 @@ struct Chain {
     std::vector<Grip> grips;   // of the wall on each joint; empty without friction
     double friction_loss =
         0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
+    std::vector<Rub> rubs;  // of devices in each other and in their valves; empty without such friction
+    double rub_loss = 0;    // energy that they have cost so far [N·mm]
 
     // Follow from the above: assign().
     std::vector<double>
         rigidity;  // [i] = EI at joint i: of the devices side by side, and along it in series [N·mm²]
-    std::vector<double> stored;       // [i] = energy of joint i that no bend releases [N·mm]
-    std::vector<Coupling> couplings;  // by joint
-    std::vector<double> thickness;    // of joints beyond the innermost device's radius [mm]
-    std::vector<double> friction;     // [i] = μ of the outermost device [-]
-    int bent = 0;                     // distal segments from the first joint that a device bends at rest
+    std::vector<double> stored;           // [i] = energy of joint i that no bend releases [N·mm]
+    std::vector<Coupling> couplings;      // by joint
+    std::vector<double> thickness;        // of joints beyond the innermost device's radius [mm]
+    std::vector<double> friction;         // [i] = μ of the outermost device [-]
+    std::vector<double> static_friction;  // [i] = the same of what has lain still
+    int bent = 0;                         // distal segments from the first joint that a device bends at rest
 
     void state(StateStream& s);
 
@@ -94,7 +98,10 @@ struct Chain {
     double inner_radius() const { return 0.5 * devices.front().spec.outer_diameter; }
     /// Index of the outermost device at a distance from the introducer [mm].
     int outermost(double s) const;
+    /// On the wall.
     bool has_friction() const;
+    /// Whether what has lain still is held by more than what slides.
+    bool sticks() const;
     /// Whether a joint was put between two that lie λ apart.
     bool within_a_segment(int joint) const;
 };

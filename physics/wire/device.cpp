@@ -72,6 +72,16 @@ std::vector<std::string> problems(const DeviceSpec& s) {
             out.push_back(at + "the torsional rigidity must be 0 in all sections or in none.");
     }
     need("friction", s.friction, 0, Limits::friction, "");
+    need("inner_friction", s.inner_friction, 0, Limits::friction, "");
+    need("valve_friction", s.valve_friction, 0, Limits::valve_friction, "N");
+    const auto need_static = [&](const char* name, double value, double kinetic, double most,
+                                 const char* unit) {
+        if (value != 0) need(name, value, kinetic, most, unit);
+    };
+    need_static("static_friction", s.static_friction, s.friction, Limits::friction, "");
+    need_static("static_inner_friction", s.static_inner_friction, s.inner_friction, Limits::friction, "");
+    need_static("static_valve_friction", s.static_valve_friction, s.valve_friction, Limits::valve_friction,
+                "N");
     need("buckling_force", s.buckling_force, 0, Limits::buckling_force, "N");
     need("length", s.length, 1, 1e4, "mm");
     // Rounding in a conversion from degrees must not reject the limit itself.

@@ -1,6 +1,7 @@
 #pragma once
 /// A guidewire, catheter or sheath: what it is made of, and its state on a chain.
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,12 +41,26 @@ struct StiffnessSection {
 struct DeviceSpec {
     double outer_diameter = 0.889, inner_diameter = 0;  // [mm]; 0 = solid
     std::vector<StiffnessSection> sections;             // from the distal end
-    double friction = 0;                                // μ on the wall [-]
+    double friction = 0;                                // μ on the wall, of what slides [-]
     double buckling_force =
         0;                 // push at which the shaft outside bows and passes on no more; 0 = not stated [N]
     double length = 1800;  // [mm]
     std::vector<RestArc> shape;  // from the distal end; proximal of it straight
+    // Static coefficients and forces hold what has lain still for rest_time; none, 0, is the kinetic one.
+    double static_friction = 0;                            // μ on the wall [-]
+    double inner_friction = 0, static_inner_friction = 0;  // μ of its lumen's surface on what lies in it [-]
+    /// Force that the haemostatic valve and the sheath at its hub resist its slide with [N].
+    double valve_friction = 0, static_valve_friction = 0;
 
+    /// μ on the wall of what has lain still.
+    double holding_friction() const { return std::max(friction, static_friction); }
+    double holding_inner_friction() const { return std::max(inner_friction, static_inner_friction); }
+    double holding_valve_friction() const { return std::max(valve_friction, static_valve_friction); }
+    /// Whether static and kinetic values differ.
+    bool sticks() const {
+        return static_friction > friction || static_inner_friction > inner_friction ||
+               static_valve_friction > valve_friction;
+    }
     /// EI next to the hub [N·mm²].
     double shaft_rigidity() const { return sections.empty() ? 0.0 : sections.back().rigidity_proximal; }
     /// Whether its shaft can be twisted.
@@ -53,6 +68,10 @@ struct DeviceSpec {
 
     void state(StateStream& s) {
         s(outer_diameter, inner_diameter, sections, friction, buckling_force, length, shape);
+        s.added(static_friction != 0 || inner_friction != 0 || static_inner_friction != 0 ||
+                    valve_friction != 0 || static_valve_friction != 0,
+                static_friction, inner_friction, static_inner_friction, valve_friction,
+                static_valve_friction);
     }
 };
 
@@ -74,6 +93,7 @@ struct DeviceLimits {
     static constexpr double arc_angle = 720;        // either way [deg]
     static constexpr double friction = 1;
     static constexpr double buckling_force = 100;  // [N]
+    static constexpr double valve_friction = 20;   // [N]
 };
 
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
@@ -111,6 +131,8 @@ struct Device {
     /// [j] = turn of the material frame at segment j against that at the introducer, [0] = 0: a shaft that
     /// twists segment by segment. Empty for one that is rigid or twists as a whole [rad].
     std::vector<double> wound;
+    /// Whether a hand holds its hub. One that is not held is kept by its valve alone: see drag().
+    bool held = true;
 
     // Follow from the above and the chain: assign().
     bool bends = false;            // at a joint of the chain, at rest
@@ -131,7 +153,10 @@ struct Device {
     /// Turn of the hub that has not reached the distal end [rad].
     double wound_up() const { return wound.empty() ? windup : -wound.back(); }
 
-    void state(StateStream& s) { s(spec, inserted, roll, windup, wound); }
+    void state(StateStream& s) {
+        s(spec, inserted, roll, windup, wound);
+        s.added(!held, held);
+    }
 };
 
 /// Direction in space in which a device is bent at rest, and by how much.

@@ -29,6 +29,7 @@ Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
         energy.load -= chain.length_of(i) * chain.load.dot(chain.joints[i] - chain.joints[0]);
     energy.torsion = twist_energy(chain);
     energy.friction = grip_energy(chain.grips, chain.joints, 1);
+    for (const Rub& rub : chain.rubs) energy.friction += rub.energy();
     assert(energy.torsion >= 0 && std::isfinite(energy.load));
     return energy;
 }

@@ -10,7 +10,7 @@ struct Energy {
     double bending = 0, wall = 0;  // [N·mm]
     double load = 0;      // work that the load has yet to do, 0 with the wire at the introducer [N·mm]
     double torsion = 0;   // of the devices' shafts [N·mm]
-    double friction = 0;  // of the grips, with their normal forces held [N·mm]
+    double friction = 0;  // of the grips, with their normal forces held, and of the rubs [N·mm]
     double total() const { return bending + wall + load + torsion + friction; }
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/wire/bending.h"
+#include "physics/wire/friction.h"
 
 namespace physics {
 namespace {
@@ -66,6 +67,7 @@ void carry_grips(Chain& chain, const OldGrips& old, const std::vector<double>& p
             if (grip.holds()) chain.friction_loss += grip.energy(chain.joints[j]);
             grip.anchor = chain.joints[j];
             grip.roll = 0;
+            if (chain.sticks()) grip.rested = 0;
             continue;
         }
         if (i > 1 && old.places[i - 1] > s) i = 1;
@@ -188,6 +190,9 @@ void stretch(Chain& chain, const FeedPlan& plan) {
     }
     if (!chain.grips.empty() || twists) old.places = places_of(chain.lengths);
     const int first = first_fed(chain, plan.device);
+    for (Rub& rub : chain.rubs)
+        rub.moved +=
+            plan.mm * (moves(rub.inner, plan.device) - (rub.outer != valve && moves(rub.outer, plan.device)));
     for (std::size_t k = 0; k < chain.devices.size(); ++k)
         if (moves(k, plan.device)) chain.devices[k].inserted += plan.mm;
     chain.lengths[plan.grows] += plan.change;
@@ -406,6 +411,7 @@ std::vector<HubLoad> hub_loads(const Chain& chain, std::span<const WallContact> 
         loads[k].torque = torque[0];
     }
     if (!chain.grips.empty()) add_slides(chain, grows, loads);
+    add_rubs(chain, contacts, loads);
     return loads;
 }
 

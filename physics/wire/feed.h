@@ -54,10 +54,11 @@ struct HubLoad {
     void state(StateStream& s) { s(push, torque); }
 };
 /// Of each device of a chain at rest, with the contacts of its joints: the derivative of the whole energy
-/// (bending, twist, wall, load, friction) by what is fed and turned at the hub, all else as it is. At rest
-/// that is the derivative of the energy at rest, so that the hand's work is the gain of energy plus the loss
-/// by friction. A chain that is bent where it leaves the introducer is pressed out of it by EIκ²/2 (D. Bigoni
-/// et al., Eshelby-like forces acting on elastic structures, 2015): part of it.
+/// (bending, twist, wall, load, friction) by what is fed and turned at the hub, all else as it is, and
+/// friction of other devices and of its valve on it. At rest that is the derivative of the energy at rest, so
+/// that the hands' work is the gain of energy plus the loss by friction. A chain that is bent where it leaves
+/// the introducer is pressed out of it by EIκ²/2 (D. Bigoni et al., Eshelby-like forces acting on elastic
+/// structures, 2015): part of it.
 std::vector<HubLoad> hub_loads(const Chain&, std::span<const WallContact>);
 
 }  // namespace physics

@@ -45,6 +45,16 @@ double Grip::follow(const Vec3& joint) {
     return force * (size - slip_length);
 }
 
+double Grip::strengthen(const Vec3& joint, double most) {
+    assert(holds() && most >= force);
+    const double before = energy(joint), kept = force / most;
+    anchor = joint - kept * (stretch(joint) - roll * around);
+    roll *= kept;
+    force = most;
+    assert(!(energy(joint) > before + 1e-12));
+    return before - energy(joint);
+}
+
 double grip_energy(std::span<const Grip> grips, std::span<const Vec3> joints, int first) {
     assert(first >= 0 && (grips.empty() || grips.size() == joints.size()));
     double energy = 0;

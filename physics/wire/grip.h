@@ -20,6 +20,15 @@ using namespace geometry;
 /// about this.
 constexpr double slip_length = 0.05;
 
+/// A surface that has slipped holds as one that slips, by the kinetic coefficient, until it has lain still
+/// for this time, and then by the static one [s]. Simulated time, and not a number of frames or motions, so
+/// that neither the rate of frames nor how a motion is cut decides; contacts grow stronger within tenths of a
+/// second.
+constexpr double rest_time = 0.1;
+
+/// Since a surface slipped: 0 at the next let_rest(), which counts from there on.
+constexpr double just_slipped = -1;
+
 struct Grip {
     Vec3 anchor = Vec3::Zero();  // [mm]
     Vec3 normal = Vec3::Zero();  // of the wall, unit
@@ -27,6 +36,9 @@ struct Grip {
     // Of a wire that twists segment by segment: its surface also slips as it rolls.
     double roll = 0;             // of the material about its tangent since it last held on [rad]
     Vec3 around = Vec3::Zero();  // slip by a unit of it: the wire's radius times u × n [mm]
+    /// Since it slipped or came to touch, up to rest_time: whether μ in `force` is the static one. Kept for
+    /// devices of two coefficients only [s].
+    double rested = rest_time;
 
     bool holds() const { return force > 0; }
     /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
@@ -43,9 +55,20 @@ struct Grip {
     /// Anchor and roll follow a joint that has slipped until the stretch is ε; they also follow a joint
     /// without touch. Changes no force. Returns the energy that the slip has cost [N·mm].
     double follow(const Vec3& joint);
+    /// Resists up to `most` [N], no less than before, from now on. Anchor and roll come nearer, so that the
+    /// push stays. Returns the energy that this frees [N·mm].
+    double strengthen(const Vec3& joint, double most);
+    bool rests() const { return rested >= rest_time; }
 
-    bool operator==(const Grip&) const = default;
-    void state(StateStream& s) { s(anchor, normal, force, roll, around); }
+    /// Whether both hold alike; time alone moves nothing.
+    bool operator==(const Grip& other) const {
+        return anchor == other.anchor && normal == other.normal && force == other.force &&
+               roll == other.roll && around == other.around;
+    }
+    void state(StateStream& s) {
+        s(anchor, normal, force, roll, around);
+        s.added(rested != rest_time, rested);
+    }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.
