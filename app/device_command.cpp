@@ -46,7 +46,16 @@ int show(const DeviceArguments& arguments) {
                              s.rigidity_distal, s.rigidity_proximal, s.torsional_distal,
                              s.torsional_proximal));
     }
-    line("friction", "friction", fmt::format("{:g}", d.friction));
+    const auto held = [](double slides, double still, const char* unit) {
+        return still > slides ? fmt::format("{:g}, still {:g}{}", slides, still, unit)
+                              : fmt::format("{:g}{}", slides, unit);
+    };
+    line("friction", "friction", held(d.friction, d.static_friction, ""));
+    if (d.holding_inner_friction() > 0)
+        line("friction of its lumen", "inner_friction", held(d.inner_friction, d.static_inner_friction, ""));
+    if (d.holding_valve_friction() > 0)
+        line("friction of its valve", "valve_friction_N",
+             held(d.valve_friction, d.static_valve_friction, " N"));
     line("buckling", "buckling_force_N", fmt::format("{:g} N", d.buckling_force));
     for (const physics::RestArc& arc : d.shape)
         line("shape, from the tip", "shape",

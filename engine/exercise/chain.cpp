@@ -1,11 +1,14 @@
 #include "engine/exercise/chain.h"
 
+#include "physics/wire/friction.h"
+
 namespace exercise {
 namespace {
 
 physics::DeviceSpec spec_of(const scenario::Scenario& s, const scenario::Device& device) {
     physics::DeviceSpec spec = device;
     spec.friction *= s.wall_friction;
+    spec.static_friction *= s.wall_friction;
     return spec;
 }
 
@@ -39,6 +42,9 @@ void exchange(physics::Chain& chain, int device, const scenario::Scenario& s, co
     placed.spec = spec_of(s, by);
     physics::assign(chain);
     if (chain.grips.empty()) physics::start_grips(chain);
+    std::erase_if(chain.rubs,
+                  [&](const physics::Rub& rub) { return rub.inner == device || rub.outer == device; });
+    physics::start_rubs(chain);
 }
 
 }  // namespace exercise

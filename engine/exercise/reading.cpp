@@ -29,8 +29,8 @@ constexpr Field table[] = {
      "way from the tip to the target along centrelines; nan, null or empty where there is none",
      &R::path_to_target},
     {"push_N", "push_N", "N",
-     "force with which the hand pushes the device, below 0 where it pulls: of the wire shown, the last at "
-     "rest",
+     "force with which the hand pushes the device, below 0 where it pulls, against wall, other devices and "
+     "valve: of the wire shown, the last at rest",
      &R::push},
     {"torque_Nmm", "torque_N_mm", "N mm", "torque with which the hand holds the hub: of the wire shown",
      &R::torque},
@@ -41,7 +41,8 @@ constexpr Field table[] = {
     {"", "wall_force_N", "N", "the largest force of a joint at which the device lies outermost",
      &R::device_wall_force},
     {"", "contacts", "", "joints on the wall at which the device lies outermost", &R::contacts},
-    {"", "friction_loss_N_mm", "N mm", "work lost to friction with the wall since the start",
+    {"", "friction_loss_N_mm", "N mm",
+     "work lost to friction with the wall, between devices and in their valves since the start",
      &R::friction_loss},
     {"settling", "settling", "",
      "the frame's budget ended on the way to rest; the wire shown is the last at rest", &R::settling},
@@ -139,7 +140,7 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     r.along = geometry::length_of(std::span(anatomy.branches[place.branch].points).first(place.sample + 1));
     r.path_to_target = ways_->between(place, target_).value_or(absent);
     read_contacts(simulation, r);
-    r.friction_loss = simulation.wire().friction_loss;
+    r.friction_loss = simulation.wire().friction_loss + simulation.wire().rub_loss;
     r.target = place_of(simulation.target() + shift);
     r.target_radius = simulation.scenario().target.radius;
     r.shift = place_of(shift);

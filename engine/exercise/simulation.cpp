@@ -33,6 +33,8 @@ constexpr double parts_in_mean = 8;  // about a frame's, so that it follows the 
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
+/// Corrections of what friction moves after each part of a motion.
+constexpr int most_drags = 8;
 constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
 
 /// Sums the reports of a frame, whose sharpest bend counts and not the last.
@@ -138,6 +140,7 @@ void Simulation::make_relaxers() {
 void Simulation::lay(const geometry::Polyline& path, const physics::Chain* before) {
     make_relaxers();
     deepest_crossing_ = usual_work_ = part_work_ = 0;
+    drags_ = {};
     StepReport ignored;
     physics::Chain laid = chain_of(scenario_, devices_, path, before);
     if (hub_) {
@@ -161,6 +164,7 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
         for (int k = 0; segments && k < static_cast<int>(devices_.size()); ++k)
             physics::start_twists(moving_, k);
         physics::start_grips(moving_);
+        physics::start_rubs(moving_);
         if (!moving_.grips.empty() || segments) settle();
         rounds_of_mending_ = 0;
         show();
@@ -206,7 +210,12 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
         stiffness->tip_rigidity = tuning.tip_rigidity;
         scenario::set_stiffness(wire, *stiffness);
     }
-    wire.friction = tuning.friction;
+    if (tuning.friction != wire.friction) {
+        // The static coefficient stays the same multiple of it.
+        const double multiple = wire.friction > 0 ? wire.static_friction / wire.friction : 0;
+        wire.static_friction = std::min(physics::DeviceLimits::friction, multiple * tuning.friction);
+        wire.friction = tuning.friction;
+    }
     changed.segment_length = tuning.segment_length;
     changed.wall_stiffness = tuning.wall_stiffness;
     changed.relaxer = tuning.relaxer;
@@ -240,20 +249,20 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
 struct Simulation::Apply {
     Simulation& at;
     void operator()(const script::Advance& c) const {
-        at.waiting_.push_back({c.length, 0, at.device_of(c.held), false, {}});
+        at.waiting_.push_back({c.length, 0, at.device_of(c.held), false, {}, false});
     }
     void operator()(const script::Withdraw& c) const {
-        at.waiting_.push_back({-c.length, 0, at.device_of(c.held), false, {}});
+        at.waiting_.push_back({-c.length, 0, at.device_of(c.held), false, {}, false});
     }
     void operator()(const script::Rotate& c) const {
-        at.waiting_.push_back({0, c.angle, at.device_of(c.held), false, {}});
+        at.waiting_.push_back({0, c.angle, at.device_of(c.held), false, {}, false});
     }
     void operator()(const script::Remove& c) const {
-        at.waiting_.push_back({0, 0, at.device_of(c.held), true, {}});
+        at.waiting_.push_back({0, 0, at.device_of(c.held), true, {}, false});
     }
     void operator()(const script::Exchange& c) const {
         static_cast<void>(wire_of_catalogue(c.device, at.scenario_));
-        at.waiting_.push_back({0, 0, 0, false, c.device});
+        at.waiting_.push_back({0, 0, 0, false, c.device, false});
     }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
     void operator()(const script::Inject& c) const {
@@ -342,10 +351,16 @@ bool Simulation::may_begin(const StepReport& report) const {
 }
 
 void Simulation::move_hub(StepReport& report) {
-    if (hub_->working()) account(hub_->resume(moving_, scenario_.budget.updates), report);
+    if (hub_->working()) {
+        account(hub_->resume(moving_, scenario_.budget.updates), report);
+        if (hub_is_idle()) drag_along();
+    } else if (physics::let_rest(moving_, 1 / scenario_.frame_rate)) {
+        account(hub_->settle(moving_, scenario_.budget.updates), report);
+    }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
     while (hub_is_idle() && !waiting_.empty() && may_begin(report)) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
+        if (hub_is_idle()) drag_along();
         if (hub_is_idle()) show_rest(report);
     }
     if (hub_is_idle()) {
@@ -377,7 +392,8 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
         return false;
     }
     if (motion.removes) motion.insertion = -moving_.devices[motion.device].inserted;
-    motion.insertion = allowed_feed(motion, report);
+    StepReport of_no_hand;
+    motion.insertion = allowed_feed(motion, motion.dragged ? of_no_hand : report);
     if (motion.removes && motion.insertion == 0) motion.removes = false;
     if (motion.insertion == 0 && motion.rotation == 0) return false;
     const double turn = physics::Hub::largest_turn;
@@ -388,6 +404,7 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
         part.feed = motion.insertion / steps_of(motion.insertion, longest);
     else
         part.turn = motion.rotation / steps_of(motion.rotation, turn);
+    take_in_hand(motion);
     const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
     account(made, report);
     const bool moved = made.made.feed != 0 || made.made.turn != 0;
@@ -403,8 +420,11 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
         usual_work_ += (std::exchange(part_work_, 0) - usual_work_) / parts_in_mean;
     report.buckled = report.buckled || made.buckled;
     if (made.outcome == physics::HubReport::Outcome::Refused) {
+        if (waiting_.front().dragged)
+            drags_.tries = most_drags;
+        else
+            report.refused = true;
         waiting_.front() = {};
-        report.refused = true;
     }
     if (made.outcome != physics::HubReport::Outcome::AtRest) return;
     if (made.made.feed == 0 && made.made.turn == 0) return;
@@ -414,9 +434,31 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     };
     take(motion.insertion, made.made.feed);
     take(motion.rotation, made.made.turn);
+    if (motion.dragged) return;
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
     count_turn(made.made.device, made.made.turn);
+}
+
+/// A hand holds what it moves, and what is pinned.
+void Simulation::take_in_hand(const Motion& motion) {
+    if (motion.dragged) return;
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
+        moving_.devices[k].held =
+            devices_[k].pinned || motion.device == physics::every_device || motion.device == k;
+}
+
+/// At a rest: what friction moves that no hand holds goes along next; where all is in balance, or nothing
+/// more helps, what has slipped has slipped.
+void Simulation::drag_along() {
+    if (moving_.rubs.empty()) return;
+    std::optional<physics::Drag> next;
+    if (drags_.tries < most_drags) next = physics::drag(moving_, hub_->contacts(), hub_->loads(), drags_);
+    if (!next) {
+        drags_.restart();
+        return physics::follow_rubs(moving_, hub_->contacts());
+    }
+    waiting_.insert(waiting_.begin(), {next->feed, 0, next->device, false, {}, true});
 }
 
 void Simulation::count_turn(int device, double angle) {
@@ -550,6 +592,7 @@ void Simulation::state(geometry::StateStream& s) {
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_);
+    s.added(drags_ != physics::DragSearch(), drags_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

@@ -17,6 +17,7 @@
 #include "physics/geometry/state.h"
 #include "physics/relax/hub.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wire/friction.h"
 
 namespace exercise {
 
@@ -175,7 +176,11 @@ private:
         int device = physics::every_device;
         bool removes = false;  // the device, whatever is inside
         std::string exchange;  // for this wire
-        void state(geometry::StateStream& s) { s(insertion, rotation, device, removes, exchange); }
+        bool dragged = false;  // by friction, and by no hand
+        void state(geometry::StateStream& s) {
+            s(insertion, rotation, device, removes, exchange);
+            s.added(dragged, dragged);
+        }
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
@@ -190,6 +195,8 @@ private:
     void move_hub(StepReport&);
     void prepare_motion(StepReport&);
     bool make_motion(Motion&, StepReport&);
+    void take_in_hand(const Motion&);
+    void drag_along();
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
@@ -227,6 +234,7 @@ private:
     int rounds_of_mending_ = 0;    // since the last motion
     double usual_work_ = 0;        // of a motion's part, a mean of the last ones [updates]
     int part_work_ = 0;            // of the part under way [updates]
+    physics::DragSearch drags_;    // for what no hand holds
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
     int frames_ = 0;  // since the start or the last reset

@@ -46,6 +46,46 @@ void each_value(Device& d, TipAndShaft* stiffness, const Number& number) {
     number("buckling_force_N", d.buckling_force, up_to(Limits::buckling_force));
 }
 
+/// The same for those numbers that a device need not have.
+template <class Number>
+void each_further_value(Device& d, const Number& number) {
+    using Limits = physics::DeviceLimits;
+    number("static_friction", d.static_friction, up_to(Limits::friction));
+    if (d.kind == DeviceKind::Catheter) {
+        number("inner_friction", d.inner_friction, up_to(Limits::friction));
+        number("static_inner_friction", d.static_inner_friction, up_to(Limits::friction));
+    }
+    number("valve_friction_N", d.valve_friction, up_to(Limits::valve_friction));
+    number("static_valve_friction_N", d.static_valve_friction, up_to(Limits::valve_friction));
+}
+
+/// A kinetic value of friction, the static one of the same surface, and their keys.
+struct FrictionPair {
+    const char *key, *static_key;
+    double &slides, &still;
+};
+
+/// Calls use(pair) for each surface that the device has.
+template <class Use>
+void each_friction(Device& d, const Use& use) {
+    use(FrictionPair{"friction", "static_friction", d.friction, d.static_friction});
+    if (d.kind == DeviceKind::Catheter)
+        use(FrictionPair{"inner_friction", "static_inner_friction", d.inner_friction,
+                         d.static_inner_friction});
+    use(FrictionPair{"valve_friction_N", "static_valve_friction_N", d.valve_friction,
+                     d.static_valve_friction});
+}
+
+/// Refuses a static value below the kinetic one.
+void check_static_values(io::Section& section, Device& d) {
+    each_friction(d, [&](const FrictionPair& f) {
+        if (const toml::node* node = section.find(f.static_key); node && f.still != 0 && f.still < f.slides)
+            section.refuse(
+                f.static_key, *node,
+                fmt::format("0, or a value that is not below '{}', {:g}, is accepted", f.key, f.slides));
+    });
+}
+
 /// The keys that need a source.
 void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
     TipAndShaft stiffness;
@@ -57,6 +97,11 @@ void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
             given.emplace_back(key);
         top.number(key, value, range);
     });
+    each_further_value(d, [&](const char* key, double& value, io::Range range) {
+        if (top.find(key)) given.emplace_back(key);
+        top.number(key, value, range);
+    });
+    check_static_values(top, d);
     if (!listed) set_stiffness(d, stiffness);
 }
 
@@ -211,6 +256,13 @@ void override_device(io::Section& section, Device& d) {
     each_value(d, stiffness ? &*stiffness : nullptr,
                [&](const char* key, double& value, io::Range range) { section.number(key, value, range); });
     if (stiffness) set_stiffness(d, *stiffness);
+    // A static value is that of its kinetic one, and goes with it.
+    each_friction(d, [&](const FrictionPair& f) {
+        if (section.find(f.key)) f.still = 0;
+    });
+    each_further_value(
+        d, [&](const char* key, double& value, io::Range range) { section.number(key, value, range); });
+    check_static_values(section, d);
     // A wire has one diameter.
     if (d.kind == DeviceKind::Wire)
         section.number("diameter_mm", d.outer_diameter, {0.05, physics::DeviceLimits::diameter});
@@ -231,9 +283,13 @@ void override_device(io::Section& section, Device& d) {
     bool frictionless = false;
     section.flag("frictionless", frictionless);
     if (!frictionless) return;
-    if (section.find("friction"))
-        section.refuse("frictionless", *smooth, "expected 'friction' or 'frictionless = true', found both");
-    d.friction = 0;
+    each_friction(d, [&](const FrictionPair& f) {
+        for (const char* key : {f.key, f.static_key})
+            if (section.find(key))
+                section.refuse("frictionless", *smooth,
+                               fmt::format("expected '{}' or 'frictionless = true', found both", key));
+        f.slides = f.still = 0;
+    });
 }
 
 Device load_device(const std::filesystem::path& path) {

@@ -17,6 +17,7 @@ using geometry::Vec3;
 ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
     Device on_this_wall = s.wire().device;
     on_this_wall.friction *= s.wall_friction;
+    on_this_wall.static_friction *= s.wall_friction;
     ModelChoice choice = choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(),
                                       s.thickest_radius());
     // What lies in another device does not lie on the wall, so shafts of several wind up as a whole.

@@ -38,11 +38,16 @@ void device_problems(const Scenario& s, const Say& say) {
         const std::string& section = placed.section;
         for (const std::string& text : physics::problems(device))
             say(section, fmt::format("[{}] {}", section, text));
-        if (device.friction * s.wall_friction > physics::DeviceLimits::friction)
+        if (device.holding_friction() * s.wall_friction > physics::DeviceLimits::friction)
             say("wall.friction", fmt::format("expected a friction of up to {:g} on the wall, found a {} of "
                                              "friction {:g} on a wall that scales it by {:g}",
-                                             physics::DeviceLimits::friction, placed.name(), device.friction,
-                                             s.wall_friction));
+                                             physics::DeviceLimits::friction, placed.name(),
+                                             device.holding_friction(), s.wall_friction));
+        if (!placed.pinned && device.holding_valve_friction() == 0)
+            say(section + ".pinned",
+                fmt::format("a {} that is not pinned needs a valve that holds it; pinned = false is accepted "
+                            "with valve_friction_N above 0",
+                            placed.name()));
         const bool innermost = k == 0;
         if (placed.inserted > device.length)
             say(innermost ? "entry.inserted_mm" : section + ".inserted_mm",
@@ -58,6 +63,7 @@ void device_problems(const Scenario& s, const Say& say) {
     for (std::size_t k = 0; k < s.devices.size(); ++k) {
         physics::DeviceSpec& spec = on_this_wall[k].spec = s.devices[k].device;
         spec.friction *= s.wall_friction;
+        spec.static_friction *= s.wall_friction;
         if (s.torsion == TorsionModel::Rigid) physics::stiffen(spec);
     }
     if (const std::string why = physics::why_not(s.relaxer.kind, on_this_wall); !why.empty())

@@ -106,6 +106,7 @@ struct PlacedDevice {
     Device device;
     double inserted = 0;  // inside at the start, along the centreline [mm]
     double roll = 0;      // of its shape at the start [rad]
+    bool pinned = true;   // a hand holds it while others are moved; else its valve alone does
     std::string section;  // of the file that says so
 
     std::string_view name() const { return script::name_of(role); }

@@ -118,6 +118,7 @@ void read_device(io::Section& section, script::Held role, const std::string& nam
     device.kind = kind;
     section.number("inserted_mm", placed.inserted, {0, 2000});
     section.number("roll_deg", placed.roll, {-360, 360}, geometry::degree);
+    section.flag("pinned", placed.pinned);
     override_device(section, device);
     refuse_old_keys(section);
     section.finish();

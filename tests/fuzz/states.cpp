@@ -123,8 +123,19 @@ std::string random_scenario(Dice& dice, std::uint32_t seed) {
         chain += fmt::format("torsion = \"{}\"\n",
                              of_segments ? "rigid" : dice.of(std::array{"rigid", "compliant", "segments"}));
     if (dice.one_in(2)) text += fmt::format("torsional_rigidity_N_mm2 = {:.1f}\n", dice.magnitude(1, 1000));
-    const std::string friction =
-        smooth ? std::string("frictionless = true\n") : fmt::format("friction = {:.3f}\n", dice.draw(0, 0.4));
+    std::string friction = "frictionless = true\n", lumen = friction;
+    if (!smooth) {
+        const double mu = dice.draw(0, 0.4);
+        friction = lumen = fmt::format("friction = {:.3f}\n", mu);
+        // By the seed, so that what else it draws stays: half of them also stick, and rub in each other and
+        // in valves, by which alone half of those are held.
+        if (seed % 2 == 1) {
+            friction += fmt::format("static_friction = {:.3f}\nvalve_friction_N = {:.3f}\npinned = {}\n",
+                                    1.4 * mu, 0.01 + 0.5 * mu, seed % 4 == 1);
+            lumen = friction + fmt::format("inner_friction = {:.3f}\nstatic_inner_friction = {:.3f}\n",
+                                           0.5 * mu, 0.8 * mu);
+        }
+    }
     text += friction;
     if (dice.one_in(3)) text += fmt::format("buckling_force_N = {:.2f}\n", dice.magnitude(0.1, 5));
     if (dice.one_in(3))
@@ -133,11 +144,11 @@ std::string random_scenario(Dice& dice, std::uint32_t seed) {
     text += chain;
     if (microcatheter)
         text += fmt::format("[microcatheter]\ndevice = \"micro17\"\ninserted_mm = {:.1f}\n{}",
-                            dice.draw(0, 55), friction);
+                            dice.draw(0, 55), lumen);
     if (catheter)
         text += fmt::format("[catheter]\ndevice = \"{}\"\ninserted_mm = {:.1f}\n{}",
                             dice.of(std::array{"berenstein5f", "cobra5f", "pigtail5f", "vertebral4f"}),
-                            dice.draw(0, 50), friction);
+                            dice.draw(0, 50), lumen);
     text += fmt::format("[wall]\nstiffness_N_per_mm = {:.3f}\nmodel = \"{}\"\n", dice.magnitude(1, 200),
                         tube ? dice.of(std::array{"auto", "analytic", "distance-field", "mesh"})
                              : dice.of(std::array{"auto", "distance-field", "mesh"}));

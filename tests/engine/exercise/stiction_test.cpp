@@ -1,0 +1,236 @@
+/// Static and kinetic friction, of devices in each other and in their valves, as a scenario has them.
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <set>
+
+#include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+using script::Held;
+
+std::string rubbing_toml(const std::string& wire, const std::string& catheter) {
+    return test::small_toml_with("frictionless = true", wire) +
+           "[catheter]\ndevice = \"cobra5f\"\ninserted_mm = 30\n" + catheter;
+}
+
+std::string refused(const std::string& toml) {
+    try {
+        const scenario::Scenario s = test::small_scenario(toml);
+        std::string all;
+        for (const std::string& text : scenario::problems(s)) all += text;
+        return all;
+    } catch (const io::InputError& error) {
+        return error.what();
+    }
+}
+
+/// Makes frames until nothing waits.
+void play(Simulation& simulation, const script::Command& command) {
+    simulation.apply(command);
+    for (int k = 0; k < 300; ++k) {
+        const StepReport report = simulation.step();
+        EXPECT_FALSE(report.refused);
+        if (!report.settling && report.waiting_insertion == 0) return;
+    }
+    FAIL() << "it never came to rest";
+}
+
+}  // namespace
+
+TEST(StictionScenario, KeysAreReadAndTheWallScalesThoseOfTheWall) {
+    const scenario::Scenario s = test::small_scenario(
+        rubbing_toml("friction = 0.1\nstatic_friction = 0.14\nvalve_friction_N = 0.1\npinned = false",
+                     "inner_friction = 0.05\nstatic_inner_friction = 0.06\nvalve_friction_N = "
+                     "0.2\nstatic_valve_friction_N = 0.3\n") +
+        "[wall]\nfriction = 1.5\n");
+    EXPECT_TRUE(scenario::problems(s).empty());
+    EXPECT_FALSE(s.devices[0].pinned);
+    EXPECT_TRUE(s.devices[1].pinned);
+    const Simulation simulation(s);
+    const physics::DeviceSpec &wire = simulation.wire().devices[0].spec,
+                              &catheter = simulation.wire().devices[1].spec;
+    EXPECT_NEAR(wire.friction, 0.15, 1e-15);
+    EXPECT_NEAR(wire.static_friction, 0.21, 1e-15);
+    EXPECT_EQ(wire.valve_friction, 0.1);
+    EXPECT_EQ(catheter.inner_friction, 0.05);
+    EXPECT_EQ(catheter.static_inner_friction, 0.06);
+    EXPECT_EQ(catheter.static_valve_friction, 0.3);
+    EXPECT_EQ(simulation.wire().rubs.size(), 3u);
+    // Each is part of what a recording belongs to.
+    std::set<std::uint64_t> contents;
+    for (const char* other : {"", "inner_friction = 0.04\n", "static_inner_friction = 0.07\n",
+                              "valve_friction_N = 0.3\n", "pinned = false\nvalve_friction_N = 0.3\n"})
+        contents.insert(
+            test::small_scenario(rubbing_toml("friction = 0.1\nvalve_friction_N = 0.1", other)).content);
+    EXPECT_EQ(contents.size(), 5u);
+}
+
+TEST(StictionScenario, ValuesThatAreImpossibleAreRefused) {
+    test::expect_said(refused(rubbing_toml("friction = 0.1\nstatic_friction = 0.05", "")),
+                      "not below 'friction', 0.1");
+    test::expect_said(refused(rubbing_toml("static_friction = 1.5", "")), "from 0 to 1");
+    test::expect_said(refused(rubbing_toml("valve_friction_N = -1", "")), "valve_friction_N");
+    test::expect_said(refused(rubbing_toml("inner_friction = 0.1", "")), "unknown key 'inner_friction'");
+    test::expect_said(refused(rubbing_toml("", "inner_friction = 0.2\nstatic_inner_friction = 0.1\n")),
+                      "'inner_friction', 0.2");
+    test::expect_said(refused(rubbing_toml("static_valve_friction_N = 0.1\nfrictionless = true", "")),
+                      "'static_valve_friction_N' or 'frictionless = true'");
+    test::expect_said(refused(rubbing_toml("pinned = false", "")), "valve_friction_N above 0");
+    test::expect_said(refused(rubbing_toml("pinned = 1", "")), "pinned");
+    test::expect_said(refused(rubbing_toml("static_friction = 0.9", "[wall]\nfriction = 2\n")), "up to 1");
+    scenario::Scenario paper = test::small_scenario();
+    paper.wire().device.valve_friction = 0.1;
+    paper.relaxer.kind = physics::RelaxerKind::Segment;
+    ASSERT_EQ(scenario::problems(paper).size(), 1u);
+    test::expect_said(scenario::problems(paper)[0], "friction");
+}
+
+/// A scenario's kinetic value takes the catalogue's static one with it, and frictionless means all of it.
+TEST(StictionScenario, StaticValuesGoWithTheirKineticOnes) {
+    const std::string file = test::asset("devices/cobra5f.toml");
+    std::ifstream in(file);
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    text = test::replaced(
+        text, "friction = 0.2\n",
+        "friction = 0.2\nstatic_friction = 0.25\ninner_friction = 0.08\nvalve_friction_N = 0.2\n");
+    try {
+        scenario::parse_device(text, "mine.toml");
+        FAIL() << "a value without a source";
+    } catch (const io::InputError& error) {
+        test::expect_said(error.what(), "source");
+    }
+    text +=
+        "static_friction = \"estimate\"\ninner_friction = \"estimate\"\nvalve_friction_N = \"estimate\"\n";
+    const scenario::Device device = scenario::parse_device(text, "mine.toml");
+    EXPECT_EQ(device.holding_friction(), 0.25);
+    EXPECT_EQ(device.inner_friction, 0.08);
+    const auto with = [&](const std::string& lines) {
+        const test::TemporaryFolder folder;
+        std::ofstream(folder.path() / "mine.toml") << text;
+        return scenario::parse_scenario(
+                   std::string(test::small_toml) + "[catheter]\ndevice = \"mine.toml\"\n" + lines,
+                   folder.path() / "s.toml", test::asset("devices"))
+            .devices[1]
+            .device;
+    };
+    EXPECT_EQ(with("").static_friction, 0.25);
+    EXPECT_EQ(with("friction = 0.1\n").static_friction, 0);
+    EXPECT_EQ(with("friction = 0.1\nstatic_friction = 0.12\n").static_friction, 0.12);
+    const scenario::Device smooth = with("frictionless = true\n");
+    EXPECT_EQ(smooth.holding_friction() + smooth.holding_inner_friction() + smooth.holding_valve_friction(),
+              0);
+}
+
+/// The wire goes along with a catheter, where no hand holds it and its valve holds less than the friction.
+TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
+    struct Case {
+        const char *pinned, *valve;
+        bool dragged;
+    };
+    for (const Case& c :
+         {Case{"true", "0.002", false}, Case{"false", "0.002", true}, Case{"false", "5", false}}) {
+        scenario::Scenario s = test::small_scenario(rubbing_toml(
+            std::string("friction = 0\nvalve_friction_N = ") + c.valve + "\npinned = " + c.pinned,
+            "friction = 0\ninner_friction = 0.5\nvalve_friction_N = 0.1\n"));
+        s.torsion = scenario::TorsionModel::Rigid;
+        s.wire().inserted = 50;
+        Simulation simulation(s);
+        const double wire = simulation.inserted(Held::Wire), catheter = simulation.inserted(Held::Catheter);
+        play(simulation, script::Advance{15, Held::Catheter});
+        const double gone = simulation.inserted(Held::Wire) - wire;
+        EXPECT_NEAR(simulation.inserted(Held::Catheter), catheter + 15, 1e-9);
+        if (c.dragged) {
+            EXPECT_GT(gone, 10);
+            EXPECT_LT(std::abs(simulation.hand(Held::Wire).load.push), 5e-3) << "nobody holds it";
+        } else {
+            EXPECT_LT(std::abs(gone), 2 * physics::slip_length);
+        }
+        if (std::string(c.pinned) == "true") {
+            EXPECT_EQ(gone, 0);
+        }
+        // The valve resists the hand.
+        EXPECT_GT(simulation.hand(Held::Catheter).load.push, 0.08);
+        EXPECT_GT(simulation.wire().rub_loss, 0.1);
+        // In its own hand it goes alone, and is held there.
+        play(simulation, script::Withdraw{3, Held::Wire});
+        EXPECT_NEAR(simulation.inserted(Held::Wire), wire + gone - 3, 1e-9);
+        EXPECT_NEAR(simulation.inserted(Held::Catheter), catheter + 15, 1e-9);
+    }
+}
+
+TEST(StictionScenario, WildHandsEndAtRestRestoreAndReplay) {
+    for (unsigned seed = 0; seed < 4; ++seed) {
+        scenario::Scenario s = test::small_scenario(
+            rubbing_toml("friction = 0.1\nstatic_friction = 0.15\nvalve_friction_N = 0.02\npinned = false",
+                         "inner_friction = 0.2\nstatic_inner_friction = 0.3\nvalve_friction_N = "
+                         "0.05\nstatic_valve_friction_N = 0.08\npinned = false\n"));
+        s.wire().inserted = 40;
+        s.torsion = seed % 2 == 0 ? scenario::TorsionModel::Compliant : scenario::TorsionModel::Segments;
+        Exercise exercise(s, false);
+        const auto wild = [](std::mt19937& random) {
+            const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
+            std::vector<script::Command> commands;
+            const Held held = random() % 2 == 0 ? Held::Wire : random() % 4 == 0 ? Held::All : Held::Catheter;
+            if (random() % 3 != 0) commands.emplace_back(script::Advance{4 * unit(), held});
+            if (random() % 3 == 0) commands.emplace_back(script::Withdraw{4 * unit(), held});
+            if (random() % 3 == 0) commands.emplace_back(script::Rotate{3 * (unit() - 0.5), held});
+            return commands;
+        };
+        std::mt19937 random(seed);
+        for (int frame = 0; frame < 60; ++frame) {
+            const Frame made = exercise.next_frame(wild(random));
+            ASSERT_TRUE(physics::validate(made.simulation.wire()).empty());
+            if (!made.motion.settling) {
+                ASSERT_LT(physics::relative_gradient(made.simulation.wire(), made.simulation.contacts()),
+                          1e-6)
+                    << "seed " << seed << ", frame " << frame;
+            }
+        }
+        EXPECT_GT(exercise.simulation().wire().rub_loss, 0);
+        const Exercise::Snapshot snapshot = exercise.snapshot();
+        std::vector<std::uint64_t> hashes;
+        for (const bool again : {false, true}) {
+            if (again) exercise.restore(snapshot);
+            std::mt19937 hand(100 + seed);
+            for (int frame = 0; frame < 20; ++frame) {
+                exercise.next_frame(wild(hand));
+                if (!again)
+                    hashes.push_back(exercise.simulation().state_hash());
+                else
+                    ASSERT_EQ(exercise.simulation().state_hash(), hashes[frame])
+                        << "seed " << seed << ", frame " << frame;
+            }
+        }
+    }
+}
+
+/// Whatever the rate of frames, what has lain still for rest_time holds by the static coefficient.
+TEST(StictionScenario, FramesOfRestMakeItStick) {
+    for (const double rate : {7.5, 15.0, 60.0}) {
+        scenario::Scenario s = test::small_scenario(
+            test::small_toml_with("frictionless = true", "friction = 0.1\nstatic_friction = 0.2"));
+        s.frame_rate = rate;
+        s.imaging.pulse_rate = 7.5;
+        Simulation simulation(s);
+        play(simulation, script::Advance{10});
+        const auto still = [&] {
+            const auto& grips = simulation.wire().grips;
+            return std::any_of(grips.begin(), grips.end(),
+                               [](const physics::Grip& grip) { return grip.holds() && grip.rests(); });
+        };
+        const double force = simulation.hand(Held::Wire).load.push;
+        int frames = 0;
+        while (!still() && frames < 100) simulation.step(), ++frames;
+        EXPECT_GE(frames, physics::rest_time * rate) << rate;
+        EXPECT_LE(frames, physics::rest_time * rate + 3) << rate;
+        EXPECT_NEAR(simulation.hand(Held::Wire).load.push, force, 1e-5);
+    }
+}
+
+}  // namespace exercise
