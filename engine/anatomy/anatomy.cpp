@@ -11,6 +11,7 @@
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/wall/past_end.h"
 
 namespace anatomy {
 namespace {
@@ -107,6 +108,14 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
 }
 
+/// How deep in the branch's inscribed balls a point is, < 0 outside [mm].
+double depth_in(const CentrelineBranch& branch, const Vec3& x) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < branch.points.size(); ++i)
+        most = std::max(most, branch.radii[i] - (x - branch.points[i]).norm());
+    return most;
+}
+
 /// Checks that centrelines and ends lie where the mesh is. It is cheap and so made at every load;
 /// anatomy_check looks closer.
 void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
@@ -140,6 +149,15 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
     for (const VesselEnd& end : anatomy.ends) {
         const geometry::OpenEnd& opening = end.opening;
+        for (const CentrelineBranch& branch : anatomy.branches) {
+            const bool own = (branch.points.front() - opening.centre).norm() < 2 * opening.radius ||
+                             (branch.points.back() - opening.centre).norm() < 2 * opening.radius;
+            if (own || depth_in(branch, opening.centre) < opening.radius) continue;
+            found.push_back(
+                fmt::format("end '{}' at {} lies inside branch '{}': no vessel can go on past it; "
+                            "an end outside all other branches is accepted",
+                            opening.name, io::place_text(opening.centre), branch.name));
+        }
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
         // Seen from its end, the vessel lies inside.
         const VesselPlace place = place_behind(anatomy, opening, 2 * opening.radius);
@@ -193,8 +211,59 @@ void check_radii(const Anatomy& anatomy, std::vector<std::string>& found) {
 
 std::vector<geometry::OpenEnd> Anatomy::openings() const {
     std::vector<geometry::OpenEnd> result;
-    for (const VesselEnd& end : ends) result.push_back(end.opening);
+    const auto is_root = [&](const geometry::OpenEnd& end) {
+        return body && body->landmark == geometry::Landmark::AorticValve &&
+               (body->at - end.centre).norm() < end.radius;
+    };
+    for (const VesselEnd& end : ends) {
+        result.push_back(end.opening);
+        if (is_root(end.opening)) result.back().goes_on = geometry::Continuation::Root;
+    }
     return result;
+}
+
+std::vector<BlockedEnd> blocked_ends(const Anatomy& anatomy) {
+    std::vector<BlockedEnd> found;
+    const std::vector<geometry::OpenEnd> ends = anatomy.openings();
+    for (int e = 0; e < static_cast<int>(ends.size()); ++e) {
+        geometry::OpenEnd end = ends[e];
+        if (end.goes_on != geometry::Continuation::Artery) continue;
+        end.length = std::numeric_limits<double>::infinity();  // though it has been closed
+        const physics::RoundCone cone = physics::cones_past(end).cones[0];
+        const double step = 0.25 * end.radius;
+        BlockedEnd blocked{e, -1, cone.last};
+        for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+            const CentrelineBranch& branch = anatomy.branches[b];
+            for (std::size_t i = 0; i < branch.points.size(); ++i) {
+                const Vec3 way = branch.points[i] - end.centre;
+                const double ahead = way.dot(end.outward_normal), near = branch.radii[i] + end.radius;
+                // What is there at the plane already is the vessel itself, or one beside it.
+                if (ahead <= 0 || way.norm() < near) continue;
+                const double aside = std::sqrt(std::max(0.0, way.squaredNorm() - ahead * ahead));
+                if (aside > near || ahead - near > blocked.free) continue;
+                for (double t = step; t <= blocked.free; t += step)
+                    if (std::hypot(aside, ahead - t) <
+                        branch.radii[i] + cone.radius - cone.narrows * std::max(0.0, t - 0.5 * step)) {
+                        blocked = {e, b, t - step};
+                        break;
+                    }
+            }
+        }
+        if (blocked.branch >= 0) found.push_back(blocked);
+    }
+    return found;
+}
+
+void close_blocked_ends(Anatomy& anatomy, const std::vector<BlockedEnd>& blocked) {
+    for (const BlockedEnd& b : blocked) anatomy.ends[b.end].opening.length = b.free;
+}
+
+std::string text_of(const Anatomy& anatomy, const BlockedEnd& blocked) {
+    const geometry::OpenEnd& end = anatomy.ends[blocked.end].opening;
+    return fmt::format(
+        "the artery past end '{}' at {} would run into branch '{}': it is closed {:.3g} mm past "
+        "the end",
+        end.name, io::place_text(end.centre), anatomy.branches[blocked.branch].name, blocked.free);
 }
 
 std::uint64_t hash_of(const Anatomy& anatomy) {

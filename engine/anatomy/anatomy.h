@@ -47,6 +47,7 @@ struct Anatomy {
     std::vector<CalciumDeposit> calcium;
     std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
 
+    /// The ends; past that at which the aortic valve is lies the root.
     std::vector<geometry::OpenEnd> openings() const;
 };
 
@@ -62,6 +63,18 @@ std::optional<std::filesystem::path> mesh_named_by(const std::filesystem::path&)
 
 /// Of lumen, centrelines, ends and targets.
 std::uint64_t hash_of(const Anatomy&);
+
+/// An end past which the vessel cannot go on as an artery would: that one would run into a branch.
+struct BlockedEnd {
+    int end = -1, branch = -1;
+    double free = 0;  // way past the end's plane at which it does not yet [mm]
+};
+/// The ends past which an artery would go on, by PastEnd's cone, into a branch or past its end.
+std::vector<BlockedEnd> blocked_ends(const Anatomy&);
+/// Closes the vessels past these ends before they meet the branch.
+void close_blocked_ends(Anatomy&, const std::vector<BlockedEnd>&);
+/// What is done with it, a sentence.
+std::string text_of(const Anatomy&, const BlockedEnd&);
 
 /// Every defect that makes the anatomy unusable, a sentence each; empty when there is none.
 std::vector<std::string> problems(const Anatomy&);

@@ -139,6 +139,13 @@ std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh&
              "1.25 or less", warned_unless(ratio <= 1.25)}};
 }
 
+Check ends_that_go_on(const Anatomy& anatomy) {
+    std::vector<std::string> closed;
+    for (const BlockedEnd& blocked : blocked_ends(anatomy)) closed.push_back(text_of(anatomy, blocked));
+    return {"ends past which an artery cannot go on", closed.empty() ? "0" : io::joined(closed, "; "),
+            "0; an end clear of other branches for 14 of its radii", warned_unless(closed.empty())};
+}
+
 /// Ends much narrower than the vessel behind them, or askew to it.
 std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery& wall) {
     std::vector<std::string> narrow, askew;
@@ -257,6 +264,7 @@ std::vector<Check> anatomy_checks(const Anatomy& anatomy) {
     append(centreline_checks(anatomy, closed));
     checks.push_back(ends_reached(anatomy));
     append(end_checks(anatomy, geometry::MeshQuery(anatomy.lumen)));
+    checks.push_back(ends_that_go_on(anatomy));
     return checks;
 }
 

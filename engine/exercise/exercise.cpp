@@ -129,8 +129,9 @@ std::uint64_t Exercise::fingerprint() const {
         hash.added(!placed.pinned, placed.pinned);
     }
     hash(s.name, s.seed, s.frame_rate, s.segment_length, s.wall_model, s.wall_stiffness, s.torsion,
-         s.wall_friction, s.entry.end, s.relaxer.kind, s.relaxer.tolerance, s.budget.updates, s.adaptive,
-         s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
+         s.wall_friction, s.entry.end, s.entry.sheath, s.entry.sheath_length, s.relaxer.kind,
+         s.relaxer.tolerance, s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold,
+         triangles, images);
     if (s.wall_variation) hash(*s.wall_variation);
     return hash.value();
 }

@@ -142,8 +142,8 @@ void Handling::observe(const Frame& frame) {
     double fed = 0;
     for (std::size_t k = 0; k < devices_.size(); ++k)
         fed = std::max(fed, stuck(devices_[k], simulation.devices()[k].role, simulation));
-    const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in ||
-                         report.buckled || report.too_thick;
+    const bool stopped =
+        report.withdrawal_stopped || report.whole_wire_is_in || report.buckled || report.too_thick;
     against_stop_ = stopped ? against_stop_ + asked_feed(frame.commands) : 0;
     note(Mishap::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
 

@@ -59,7 +59,7 @@ void Notices::observe(const Frame& frame) {
     watch_tip(frame);
     const StepReport& report = frame.motion;
     stopped_withdrawals_ += report.withdrawal_stopped;
-    stopped_insertions_ += report.insertion_stopped;
+    past_ends_ += report.past_vessel_end;
     used_up_ += report.whole_wire_is_in;
     kinked_ += report.relax.largest_bend > kink;
     settling_ += report.settling;
@@ -95,7 +95,7 @@ std::vector<std::string> Notices::text() const {
         if (count > 0) result.push_back(fmt::format(text, frames(count)));
     };
     in_frames(stopped_withdrawals_, "withdrawal stopped at the introducer in {}");
-    in_frames(stopped_insertions_, "insertion stopped in {}: the tip stood in an open end");
+    in_frames(past_ends_, "the tip was past an end of the vessels in {}: there they narrow and end");
     in_frames(used_up_, "insertion stopped in {}: the whole wire was in; a longer one has another length_mm");
     if (unseen_.frames > 0) {
         result.push_back(fmt::format(

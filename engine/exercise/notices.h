@@ -20,8 +20,7 @@ public:
     std::vector<std::string> text() const;
 
 private:
-    int stopped_withdrawals_ = 0, stopped_insertions_ = 0, used_up_ = 0, kinked_ = 0, restless_ = 0,
-        crossed_ = 0;
+    int stopped_withdrawals_ = 0, past_ends_ = 0, used_up_ = 0, kinked_ = 0, restless_ = 0, crossed_ = 0;
     int settling_ = 0, refused_ = 0, buckled_ = 0, late_ = 0, flat_ = 0;
     int too_thick_ = 0, limited_doses_ = 0;
     /// Beam on a tip that it does not show.

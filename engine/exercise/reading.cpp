@@ -63,7 +63,8 @@ constexpr Field table[] = {
     {"refused", "", "", "a motion that led to no rest was not made", &R::refused},
     {"buckled", "", "", "a push was not passed on, because the shaft outside would have bowed", &R::buckled},
     {"too_thick", "", "", "a catheter stands before a vessel that is narrower than it", &R::too_thick},
-    {"insertion_stopped", "", "", "the tip stands in an open end of the vessels", &R::insertion_stopped},
+    {"past_vessel_end", "", "", "the tip is past an end of the vessels, where they narrow and end",
+     &R::past_vessel_end},
     {"withdrawal_stopped", "", "", "more was to be drawn back than leaves two segments inside",
      &R::withdrawal_stopped},
     {"whole_wire_is_in", "", "", "the device is in to its end, and more was asked for", &R::whole_wire_is_in},
@@ -149,7 +150,7 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     r.refused = last.motion.refused;
     r.buckled = last.motion.buckled;
     r.too_thick = last.motion.too_thick;
-    r.insertion_stopped = last.motion.insertion_stopped;
+    r.past_vessel_end = last.motion.past_vessel_end;
     r.withdrawal_stopped = last.motion.withdrawal_stopped;
     r.whole_wire_is_in = last.motion.whole_wire_is_in;
     r.at_rest = last.at_rest && !r.settling;

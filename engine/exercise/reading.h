@@ -59,7 +59,7 @@ struct Reading {
     double target_radius = 0;
     InImage tip_px = {}, target_px = {};
     bool at_rest = true, certified = true, refused = false, buckled = false, too_thick = false,
-         insertion_stopped = false, withdrawal_stopped = false, whole_wire_is_in = false, completed = false,
+         past_vessel_end = false, withdrawal_stopped = false, whole_wire_is_in = false, completed = false,
          on_target = false, time_is_up = false;
 };
 static_assert(std::is_trivially_copyable_v<Reading> && std::is_standard_layout_v<Reading>);

@@ -78,7 +78,9 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
         tip_shows_ = shows;
     }
     notify_of_dose(score);
-    if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
+    if (report.past_vessel_end && !was_past_end_)
+        say("The tip is in a branch beyond the vessels shown", render::Notice::Warning);
+    was_past_end_ = report.past_vessel_end;
     if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);
     if (report.buckled) say("The shaft bows outside: it is pushed too hard", render::Notice::Warning);
     if (report.too_thick) say("A catheter goes no further: the vessel is narrower", render::Notice::Warning);

@@ -22,7 +22,8 @@ public:
     void say(std::string text, render::Notice);
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
-        s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_, notified_);
+        s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_,
+          was_past_end_, notified_);
     }
 
 private:
@@ -41,6 +42,7 @@ private:
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame
     bool tip_shows_ = true;      // in the image, when the beam was last on
+    bool was_past_end_ = false;  // the tip, of the vessels, at the last frame
     int notified_ = 0;           // dose notifications already given, a bit for each kind
 };
 

@@ -310,6 +310,7 @@ StepReport Simulation::step() {
         report.waiting_insertion += m.insertion;
         report.waiting_rotation += m.rotation;
     }
+    report.past_vessel_end = tip_has_left();
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
     report.breath = breathing_.step(time(), 1 / scenario_.frame_rate, scenario_.motion);
@@ -547,20 +548,18 @@ void Simulation::feed_segments(Motion& motion, int share, StepReport& report) {
     report.insertions.push_back(fed);
 }
 
-/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end if it
-/// passed the end's opening outward more often than inward.
+/// The wire has left by an end if it passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
-    const physics::Chain& wire = chain();
     return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
         const geometry::OpenEnd& opening = end.opening;
         const double reach = opening_reach * opening.radius;
         int out = 0;
-        double before = std::min(0.0, (wire.joints[0] - opening.centre).dot(opening.outward_normal));
-        for (int i = 1; i <= wire.segments(); ++i) {
-            const double beyond = (wire.joints[i] - opening.centre).dot(opening.outward_normal);
+        double before = std::min(0.0, (wire_.joints[0] - opening.centre).dot(opening.outward_normal));
+        for (int i = 1; i <= wire_.segments(); ++i) {
+            const double beyond = (wire_.joints[i] - opening.centre).dot(opening.outward_normal);
             if ((beyond > 0) != (before > 0)) {
                 const double part = before / (before - beyond);
-                const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
+                const Vec3 at = wire_.joints[i - 1] + part * (wire_.joints[i] - wire_.joints[i - 1]);
                 if ((at - opening.centre).norm() < reach) out += beyond > 0 ? 1 : -1;
             }
             before = beyond;

@@ -24,7 +24,7 @@ namespace exercise {
 /// What came of the motions of one frame.
 struct MotionFlags {
     bool withdrawal_stopped = false;  // no more than the last two segments are inside
-    bool insertion_stopped = false;   // the tip stands in an open end
+    bool past_vessel_end = false;     // the tip has left the vessels that are known by one of their ends
     bool whole_wire_is_in = false;    // and more was asked for
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
     bool buckled = false;             // a push was not passed on: the shaft outside bows
@@ -32,7 +32,7 @@ struct MotionFlags {
     bool too_thick = false;           // a catheter stands before a vessel that is narrower than it is
 
     void state(geometry::StateStream& s) {
-        s(withdrawal_stopped, insertion_stopped, whole_wire_is_in, settling, buckled, refused, too_thick);
+        s(withdrawal_stopped, past_vessel_end, whole_wire_is_in, settling, buckled, refused, too_thick);
     }
 };
 

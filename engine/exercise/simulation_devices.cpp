@@ -99,10 +99,6 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
         if (most < least - 1e-9) report.withdrawal_stopped = true;
         most = std::max(most, least);
     }
-    if (most > 0 && longest + 1e-9 >= chain().inserted_length() && tip_has_left()) {
-        report.insertion_stopped = true;
-        return 0;
-    }
     for (int k = 1; most > 0 && k < static_cast<int>(devices_.size()); ++k)
         if ((motion.device == physics::every_device || motion.device == k) &&
             stands_before_a_narrow_vessel(k)) {

@@ -207,6 +207,9 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
             "can cross its wall between two joints",
             asked.segment_length, demand.narrowest, 2 * demand.smallest_radius, demand.narrowest_sample));
     }
+    const anatomy::Anatomy& anatomy = exercise.simulation().anatomy();
+    for (const anatomy::BlockedEnd& blocked : anatomy::blocked_ends(anatomy))
+        result.notices.push_back(anatomy::text_of(anatomy, blocked));
     const scenario::ModelChoice& choice = exercise.simulation().choice();
     if (asked.torsion == scenario::TorsionModel::Auto && !choice.torsion_reason.empty()) {
         result.notices.push_back(

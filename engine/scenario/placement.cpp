@@ -134,6 +134,9 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
         hash.add(end.centre.data(), sizeof(double) * 3);
         hash.add(end.outward_normal.data(), sizeof(double) * 3);
         hash.add(end.radius);
+        hash.add(static_cast<std::uint64_t>(end.goes_on));
+        hash.add(end.bore);
+        hash.add(end.length);
     }
     return hash.value();
 }

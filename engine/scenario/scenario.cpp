@@ -1,6 +1,7 @@
 #include "engine/scenario/scenario.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <string_view>
 
@@ -70,6 +71,10 @@ void device_problems(const Scenario& s, const Say& say) {
         say("relaxer.kind", why +
                                 "; kind = \"global\", or devices that are frictionless = true and torsion = "
                                 "\"rigid\" in [chain], are accepted");
+    if (s.entry.sheath > 0 && s.entry.sheath < 2 * s.thickest_radius())
+        say("entry.sheath_F",
+            fmt::format("a sheath of {:g} F does not take a device of {:g} mm; {:g} F or more is accepted",
+                        s.entry.sheath / french, 2 * s.thickest_radius(), s.usual_sheath() / french));
     if (s.devices.size() > physics::most_devices)
         say(s.devices.back().section, fmt::format("expected up to {} devices on one centreline, found {}",
                                                   physics::most_devices, s.devices.size()));
@@ -152,7 +157,14 @@ double Scenario::thickest_radius() const {
     return most;
 }
 
-anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache) {
+double Scenario::usual_sheath() const {
+    constexpr double least = 4;  // F
+    return std::max(least, std::ceil(2 * thickest_radius() / french - 1e-9)) * french;
+}
+
+namespace {
+
+anatomy::Anatomy vessels_of(const Scenario& s, const anatomy::ModelCache& cache) {
     if (!s.tube) {
         try {
             return s.vessels ? anatomy::generated_anatomy(*s.vessels, cache)
@@ -173,6 +185,20 @@ anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache)
         throw io::InputError(io::located(s.place("tube.scene"), "unknown scene '" + s.tube->scene + "'"));
     return anatomy::tube_anatomy(s.tube->scene, anatomy::draw(scene->path), s.tube->radius, s.tube->around,
                                  s.tube->step);
+}
+
+}  // namespace
+
+anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache) {
+    anatomy::Anatomy vessels = vessels_of(s, cache);
+    if (const std::optional<int> entry = anatomy::find_end(vessels, s.entry.end)) {
+        geometry::OpenEnd& opening = vessels.ends[*entry].opening;
+        opening.goes_on = geometry::Continuation::Sheath;
+        opening.bore = 0.5 * (s.entry.sheath > 0 ? s.entry.sheath : s.usual_sheath());
+        opening.length = s.entry.sheath_length;
+    }
+    anatomy::close_blocked_ends(vessels, anatomy::blocked_ends(vessels));
+    return vessels;
 }
 
 std::vector<std::filesystem::path> inputs_of(const Scenario& s) {

@@ -71,8 +71,12 @@ enum class WallModel {
     Mesh            // the mesh's own planes by ray, as in the paper
 };
 
+constexpr double french = 1.0 / 3;  // of a diameter [mm]
+
 struct Entry {
-    std::string end;  // name of the open end that the devices come in by
+    std::string end;             // name of the open end that the devices come in by
+    double sheath = 0;           // bore of the introducer sheath there, a diameter; 0 = usual_sheath() [mm]
+    double sheath_length = 110;  // of a short introducer (10 to 11 cm in catalogues) [mm]
 };
 
 struct Target {
@@ -166,6 +170,9 @@ struct Scenario {
     }
     /// Of any device that the wall can meet [mm]. A wire in exchange fits the others' lumens.
     double thickest_radius() const;
+    /// Bore of the sheath that takes all devices: the next whole French size up from the largest, 4 F or
+    /// more; a sheath is named by the largest device that it takes [mm].
+    double usual_sheath() const;
 };
 
 /// A value in place of the file's: "guidewire.friction", "0.1"; the value is TOML.
@@ -183,7 +190,7 @@ Scenario parse_scenario(const std::string& toml, const std::filesystem::path& fi
 /// Everything about the scenario alone that makes it unusable; empty when it is fine.
 std::vector<std::string> problems(const Scenario&);
 
-/// The vessel of the scenario, loaded, grown or drawn. Throws InputError.
+/// The vessel of the scenario, loaded, grown or drawn, with the sheath at its entry. Throws InputError.
 anatomy::Anatomy anatomy_of(const Scenario&, const anatomy::ModelCache& = {});
 
 /// Every file and folder that is read for the scenario: its own, of its devices, vessels and patient. No

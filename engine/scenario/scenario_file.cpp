@@ -167,6 +167,8 @@ void read_entry(io::Section entry, Scenario& s) {
                      "expected inserted_mm of the wire here or in the wire's own section, found both");
     if (inserted == 0) inserted = 60;
     entry.number("inserted_mm", inserted, {1, 2000});
+    entry.number("sheath_F", s.entry.sheath, {1, 30}, french);
+    entry.number("sheath_length_mm", s.entry.sheath_length, {10, 1000});
     entry.finish();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -11,9 +12,11 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/studies/plain_wire.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/relax/hub.h"
+#include "physics/wall/past_end.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
 
@@ -24,9 +27,8 @@ constexpr double largest_push = 30;                    // a frame [mm]
 constexpr double largest_turn = 2 * std::numbers::pi;  // a frame [rad]
 constexpr int frames_of_a_trend = 40, frames_of_a_grip = 10;
 constexpr double planes_rest_limit = 2e-3;  // |g|/C on a wall of planes, whose forces jump
-constexpr double reach_limit = 1.5;         // of an open end's disc, radii
 /// The smooth wall rounds off creases of the mesh, and facets lie inside round vessels [mm].
-constexpr double smoothing = 0.15;
+constexpr double smoothing = 0.2;
 
 const std::array<Vec3, 5> rays = {Vec3(0.31, 0.47, 0.83).normalized(), Vec3(-0.71, 0.23, 0.4).normalized(),
                                   Vec3(0.2, -0.9, 0.31).normalized(), Vec3(-0.4, -0.3, -0.86).normalized(),
@@ -220,40 +222,17 @@ void WildHand::act(exercise::Simulation& simulation) {
     }
 }
 
-Exits::Exits(const anatomy::Anatomy& anatomy) {
-    for (const anatomy::VesselEnd& end : anatomy.ends)
-        discs_.push_back(
-            {end.opening.centre, end.opening.outward_normal, reach_limit * end.opening.radius, 0});
+RawLumen::RawLumen(const anatomy::Anatomy& anatomy)
+    : closed_(anatomy::closed_lumen(anatomy)), wall_(anatomy.lumen) {
+    for (const geometry::OpenEnd& opening : anatomy.openings()) ends_.push_back({opening, 0});
     for (const geometry::BoundaryLoop& rim : geometry::topology(anatomy.lumen).loops) {
-        const auto distance = [&](const Disc& disc) { return (disc.centre - rim.centroid).norm(); };
-        Disc& disc = *std::min_element(discs_.begin(), discs_.end(), [&](const Disc& a, const Disc& b) {
-            return distance(a) < distance(b);
-        });
+        const auto distance = [&](const End& end) { return (end.opening.centre - rim.centroid).norm(); };
+        End& end = *std::min_element(ends_.begin(), ends_.end(),
+                                     [&](const End& a, const End& b) { return distance(a) < distance(b); });
         for (const int v : rim.vertices)
-            disc.inside = std::max(disc.inside, (disc.centre - anatomy.lumen.vertices[v]).dot(disc.outward));
+            end.inside = std::max(
+                end.inside, (end.opening.centre - anatomy.lumen.vertices[v]).dot(end.opening.outward_normal));
     }
-}
-
-std::vector<bool> Exits::beyond(const physics::Chain& wire) const {
-    std::vector<int> out(wire.joints.size(), 0);
-    for (const Disc& disc : discs_) {
-        const double inside = disc.inside + wire.inner_radius();
-        const auto beyond_disc = [&](const Vec3& x) { return (x - disc.centre).dot(disc.outward) + inside; };
-        // The introducer lies in the plane of its end: the wire begins inside.
-        double before = std::min(beyond_disc(wire.joints[0]), -1e-9);
-        int crossed = 0;
-        for (int i = 1; i <= wire.segments(); ++i) {
-            const double beyond = beyond_disc(wire.joints[i]);
-            if ((beyond > 0) != (before > 0)) {
-                const double part = before / (before - beyond);
-                const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
-                if ((at - disc.centre).norm() < disc.radius) crossed += beyond > 0 ? 1 : -1;
-            }
-            out[i] += std::max(crossed, 0);
-            before = beyond;
-        }
-    }
-    return {out.begin(), out.end()};
 }
 
 bool RawLumen::encloses(const Vec3& x) const {
@@ -262,18 +241,51 @@ bool RawLumen::encloses(const Vec3& x) const {
     return 2 * votes > static_cast<int>(rays.size());
 }
 
-double RawLumen::outside_by(const Vec3& x, double within) const {
+double RawLumen::outside_mesh_by(const Vec3& x, double within) const {
     return encloses(x) ? -wall_.nearest(x, within).distance : wall_.distance(x);
+}
+
+/// The lumen's section, gone on straight for a radius, and what the vessel is from there on, each without
+/// the smoothing that the wall gives them.
+double RawLumen::outside_by(const Vec3& x, const End& end, double within) const {
+    constexpr double in_mesh = 0.05;  // behind the rim, where rays tell inside from outside [mm]
+    const geometry::OpenEnd& e = end.opening;
+    const double past = (x - e.centre).dot(e.outward_normal);
+    double out = std::numeric_limits<double>::infinity();
+    if (past < -end.inside - in_mesh || (x - e.centre - past * e.outward_normal).norm() > 2 * e.radius)
+        return out;
+    // From the plane and from behind all of the rim, which on real meshes is uneven.
+    if (past < e.radius)
+        for (const double behind : {0.0, end.inside})
+            out = std::min(
+                out, outside_mesh_by(x - std::max(0.0, past + behind + in_mesh) * e.outward_normal, within));
+    if (past < 0) return out;
+    const physics::RoundCones cones = physics::cones_past(e);
+    for (const physics::RoundCone& cone : cones.all()) {
+        // The wall's own ways start smoothly, over 1 mm and a quarter of the radius.
+        const double closing = std::max({0.0, past - cone.last - 0.5, cone.first - past - 0.5}),
+                     narrowing = cone.narrows * std::max(0.0, past - cone.starts - 0.125 * e.radius),
+                     aside = (x - e.centre - past * e.outward_normal - cone.aside).norm();
+        out = std::min(out, std::hypot(aside, closing) - cone.radius + narrowing);
+    }
+    return out;
+}
+
+double RawLumen::outside_by(const Vec3& x, double within) const {
+    double out = outside_mesh_by(x, within);
+    for (const End& end : ends_)
+        if (out > 0) out = std::min(out, outside_by(x, end, within));
+    return out;
 }
 
 void WildTally::add(const WildTally& other) {
     using Tally = WildTally;
-    for (const auto count : {&Tally::frames, &Tally::restless, &Tally::folds, &Tally::outside,
-                             &Tally::outside_frames, &Tally::reported_crossings, &Tally::beyond_force,
-                             &Tally::left, &Tally::refused, &Tally::settling, &Tally::lagging})
+    for (const auto count :
+         {&Tally::frames, &Tally::restless, &Tally::folds, &Tally::reported_crossings, &Tally::beyond_force,
+          &Tally::left, &Tally::refused, &Tally::buckled, &Tally::settling, &Tally::lagging})
         this->*count += other.*count;
-    for (const auto most : {&Tally::gradient, &Tally::beyond_force_by, &Tally::largest_lag, &Tally::deepest,
-                            &Tally::largest_force})
+    for (const auto most : {&Tally::gradient, &Tally::beyond_force_by, &Tally::deepest_crossing,
+                            &Tally::largest_lag, &Tally::deepest, &Tally::largest_force})
         this->*most = std::max(this->*most, other.*most);
     segments = std::max(segments, other.segments);
     times.insert(times.end(), other.times.begin(), other.times.end());
@@ -283,7 +295,6 @@ void WildTally::add(const WildTally& other) {
 WildJudge::WildJudge(const exercise::Simulation& simulation)
     : name_(simulation.scenario().name),
       lumen_(simulation.anatomy()),
-      exits_(simulation.anatomy()),
       rest_(simulation.wall().smooth() ? rest_limit : planes_rest_limit) {}
 
 void WildJudge::judge(const exercise::Simulation& simulation, const exercise::StepReport& report,
@@ -310,21 +321,17 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
         ++tally.folds;
         add_incident(fmt::format("joint {} of {} is folded", sharpest, wire.segments()));
     }
-    const bool reported = report.deepest_crossing > 0;
-    tally.reported_crossings += reported;
-    const std::vector<bool> left = exits_.beyond(wire);
-    tally.left += std::find(left.begin(), left.end(), true) != left.end();
-    int outside = 0, worst = 0;
+    tally.reported_crossings += report.deepest_crossing > 0;
+    tally.deepest_crossing = std::max(tally.deepest_crossing, report.deepest_crossing);
+    tally.left += report.past_vessel_end;
+    int worst = 0;
     double excess = 0;
     for (int i = 1; i <= wire.segments(); ++i) {
         const physics::WallContact& c = contacts[i];
-        if (left[i]) continue;
         tally.deepest = std::max(tally.deepest, c.penetration);
         tally.largest_force = std::max(tally.largest_force, c.force());
         const double radius = wire.inner_radius() + wire.thickness[i];
-        const double outside_by = lumen_.outside_by(wire.joints[i], radius);
-        outside += outside_by > 0;
-        const double more = outside_by + radius - std::max(c.penetration, 0.0);
+        const double more = lumen_.outside_by(wire.joints[i], radius) + radius - std::max(c.penetration, 0.0);
         if (more > smoothing) {
             ++tally.beyond_force;
             if (more > excess) excess = more, worst = i;
@@ -332,15 +339,12 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
     }
     tally.beyond_force_by = std::max(tally.beyond_force_by, excess);
     if (excess > 0)
-        add_incident(fmt::format("joint {} of {} is {:.2f} mm deeper than its force explains", worst,
-                                 wire.segments(), excess));
-    if (outside > 0 && !reported) {
-        tally.outside += outside;
-        ++tally.outside_frames;
-        add_incident(fmt::format("{} joints outside the mesh", outside));
-    }
-    tally.refused += report.refused;
-    if (report.refused) add_incident("a motion was refused");
+        add_incident(fmt::format("joint {} of {} at {} is {:.2f} mm deeper than its force explains", worst,
+                                 wire.segments(), io::place_text(wire.joints[worst]), excess));
+    tally.buckled += report.buckled;
+    const bool refused = report.refused && !report.buckled;
+    tally.refused += refused;
+    if (refused) add_incident("a motion was refused");
     tally.settling += report.settling;
     const double lag = std::abs(report.waiting_insertion);
     tally.lagging += lag > 1e-9 || std::abs(report.waiting_rotation) > 1e-9;

@@ -88,52 +88,44 @@ private:
     script::Held held_ = script::Held::Wire;
 };
 
-/// Finds where a wire has left the vessels.
-class Exits {
-public:
-    explicit Exits(const anatomy::Anatomy&);
-    /// Per joint, whether the wire has left by an open end proximal of it: it went out through that end's
-    /// disc more often than in. Rims of real meshes are uneven, so the disc lies as far inside as the rim
-    /// reaches, plus a wire's radius.
-    std::vector<bool> beyond(const physics::Chain&) const;
-
-private:
-    struct Disc {
-        geometry::Vec3 centre, outward;
-        double radius = 0, inside = 0;  // inside: how far the rim reaches in [mm]
-    };
-    std::vector<Disc> discs_;
-};
-
-/// The mesh of a lumen as it is.
+/// The mesh of a lumen as it is, and the vessels that go on past its ends.
 class RawLumen {
 public:
-    explicit RawLumen(const anatomy::Anatomy& anatomy)
-        : closed_(anatomy::closed_lumen(anatomy)), wall_(anatomy.lumen) {}
-    /// Whether most of five rays cross the mesh, closed by planes at its ends, an odd number of times.
-    bool encloses(const geometry::Vec3&) const;
-    /// How far beyond the wall a point is, < 0 inside; the search goes no farther than `within` [mm].
+    explicit RawLumen(const anatomy::Anatomy&);
+    /// How far outside the lumen and all vessels past its ends a point is, < 0 inside; in the lumen the
+    /// search goes no farther than `within` [mm].
     double outside_by(const geometry::Vec3&, double within) const;
 
 private:
+    /// An end; rims of real meshes are uneven, so the vessel past it begins as far inside as the rim reaches.
+    struct End {
+        geometry::OpenEnd opening;
+        double inside = 0;  // [mm]
+    };
+    /// Whether most of five rays cross the mesh, closed by planes at its ends, an odd number of times.
+    bool encloses(const geometry::Vec3&) const;
+    double outside_mesh_by(const geometry::Vec3&, double within) const;
+    double outside_by(const geometry::Vec3&, const End&, double within) const;
+
     geometry::MeshQuery closed_, wall_;
+    std::vector<End> ends_;
 };
 
 /// The outcome of a number of frames.
 struct WildTally {
-    int frames = 0, segments = 0;         // segments: the most there were
-    int restless = 0;                     // |g|/C above the limit for rest
-    double gradient = 0;                  // the largest |g|/C
-    int folds = 0;                        // frames with a joint bent by more than 90°
-    int outside = 0, outside_frames = 0;  // joints outside the raw mesh, except those beyond an open end
-    int reported_crossings = 0;           // frames whose report has a crossing; not counted above
-    int beyond_force = 0;                 // joints deeper in the raw mesh than their force explains
-    double beyond_force_by = 0;           // at most [mm]
-    int left = 0;                         // frames with a part of the wire beyond an open end
-    int refused = 0, settling = 0, lagging = 0;
-    double largest_lag = 0;                 // [mm]
-    double deepest = 0, largest_force = 0;  // of contacts [mm], [N]
-    std::vector<double> times;              // processor time of each frame [ms]
+    int frames = 0, segments = 0;  // segments: the most there were
+    int restless = 0;              // |g|/C above the limit for rest
+    double gradient = 0;           // the largest |g|/C
+    int folds = 0;                 // frames with a joint bent by more than 90°
+    int beyond_force = 0;  // joints deeper in the raw mesh, or the vessels past it, than their force explains
+    double beyond_force_by = 0;                               // at most [mm]
+    int reported_crossings = 0;                               // frames whose report has a crossing
+    double deepest_crossing = 0;                              // of these [mm]
+    int left = 0;                                             // frames with the tip past an end
+    int refused = 0, buckled = 0, settling = 0, lagging = 0;  // refused: but those that buckled the shaft
+    double largest_lag = 0;                                   // [mm]
+    double deepest = 0, largest_force = 0;                    // of contacts [mm], [N]
+    std::vector<double> times;                                // processor time of each frame [ms]
     std::vector<Incident> incidents;
 
     void add(const WildTally&);
@@ -149,7 +141,6 @@ public:
 private:
     std::string name_;
     RawLumen lumen_;
-    Exits exits_;
     double rest_ = rest_limit;
 };
 

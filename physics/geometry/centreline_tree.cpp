@@ -116,6 +116,13 @@ CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::
         const int joined = joined_branch(branches, ends_, static_cast<int>(b));
         for (int i = count - 1; joined >= 0 && i >= 0 && link_across(first[b] + i, joined);) --i;
     }
+    ends_at_.resize(stations_.size());
+    for (std::size_t e = 0; e < ends_.size(); ++e) {
+        const int branch = stations_[locate(ends_[e].centre, -1)].branch;
+        for (int s = first_of_branch_[branch]; s < first_of_branch_[branch + 1]; ++s)
+            if ((centres_[s] - ends_[e].centre).norm() <= 2 * ends_[e].radius)
+                ends_at_[s].push_back(static_cast<int>(e));
+    }
 }
 
 int CentrelineTree::locate(const Vec3& x, int hint) const {

@@ -2,6 +2,7 @@
 /// The centrelines of a lumen as a tree of stations: balls inscribed along every branch, linked along it and
 /// across junctions. It states which branch holds a joint and where the lumen is open.
 
+#include <limits>
 #include <span>
 #include <string>
 
@@ -22,12 +23,20 @@ struct CentrelineBranch {
     std::vector<double> radii;  // [mm]
 };
 
-/// An open end of a lumen: beyond its plane there is no wall.
+/// What is past an open end: an artery that narrows, the aortic root and the left ventricle, or the sheath by
+/// which devices come in.
+enum class Continuation { Artery, Root, Sheath };
+
+/// An open end of a lumen: beyond its plane there is no mesh.
 struct OpenEnd {
     std::string name;
     Vec3 centre = Vec3::Zero();           // [mm]
     Vec3 outward_normal = Vec3::UnitZ();  // unit
     double radius = 0;                    // [mm]
+    Continuation goes_on = Continuation::Artery;
+    double bore = 0;  // radius of a sheath [mm]
+    /// Past the plane: a sheath's, or after which an artery is closed that would go on longer [mm].
+    double length = std::numeric_limits<double>::infinity();
 
     /// How far the point lies beyond the plane; 0 before the plane, and 0 farther from the axis than twice
     /// the radius plus a margin [mm].
@@ -67,6 +76,9 @@ public:
     int locate_within(const Vec3& x, int hint, std::span<const int> group_of) const;
     /// Whether both stations exist and lie on one branch.
     bool same_branch(int station, int other) const;
+    /// Ends that a joint at this station may lie past: those of its branch that are at most two of their
+    /// radii away.
+    std::span<const int> ends_at(int station) const { return ends_at_[station]; }
     bool beyond_an_end(const Vec3& x) const;
     /// Closest point to x of the centreline on both sides of a station.
     Vec3 closest_point(int station, const Vec3& x) const;
@@ -82,9 +94,10 @@ private:
     std::vector<Station> stations_;
     std::vector<std::vector<int>> neighbours_;
     std::vector<OpenEnd> ends_;
-    std::vector<Vec3> centres_;         // of the stations
-    std::vector<double> ways_;          // of the stations [mm]
-    std::vector<int> first_of_branch_;  // station, and past the last branch the number of stations
+    std::vector<std::vector<int>> ends_at_;  // of each station
+    std::vector<Vec3> centres_;              // of the stations
+    std::vector<double> ways_;               // of the stations [mm]
+    std::vector<int> first_of_branch_;       // station, and past the last branch the number of stations
 };
 
 }  // namespace geometry

@@ -13,6 +13,7 @@
 #include "physics/geometry/bspline_grid.h"
 #include "physics/geometry/lumen_surface.h"
 #include "physics/wall/field_sampler.h"
+#include "physics/wall/past_end.h"
 #include "physics/wall/vessel_sheets.h"
 
 namespace physics {
@@ -27,71 +28,6 @@ constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
 constexpr std::uint32_t file_version = 5;
 constexpr char file_magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
-
-/// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
-/// step at the end's plane and a tip that looks out of it does not swing round its rim.
-constexpr double whole = 5, gone_past = 10;  // past the plane [mm]
-/// Grid nodes past the plane in which the field becomes that of the plane.
-constexpr double turn = 4;
-
-/// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
-struct SmoothStep {
-    double value, slope, curve, integral;
-    explicit SmoothStep(double t) {
-        t = std::clamp(t, 0.0, 1.0);
-        value = t * t * t * (10 + t * (6 * t - 15));
-        slope = 30 * t * t * (1 - t) * (1 - t);
-        curve = 60 * t * (1 - t) * (1 - 2 * t);
-        integral = t * t * t * t * (2.5 + t * (t - 3));
-    }
-};
-
-/// What lies past an open end, seen as if the lumen went on straight.
-struct Sleeve {
-    double past = 0;                        // the end's plane [mm]
-    Vec3 out = Vec3::Zero();                // the end's normal
-    double kept = 0, slope = 1, curve = 0;  // of `past` in the field's grid, and its derivatives
-
-    /// `nearest` is the place of the centreline that the joint belongs to.
-    Sleeve(const Vec3& x, const Vec3& nearest, std::span<const OpenEnd> ends, std::span<const int> seen,
-           double margin, double spacing) {
-        for (const int e : seen) {
-            const Vec3 d = x - ends[e].centre;
-            const double t = d.dot(ends[e].outward_normal), reach = 2 * (ends[e].radius + t) + margin;
-            if (t <= past) continue;
-            // A vessel may run on beside the end; not where the end is what is nearest.
-            const bool beside = (d - t * ends[e].outward_normal).squaredNorm() > reach * reach;
-            if (beside && (nearest - ends[e].centre).squaredNorm() > ends[e].radius * ends[e].radius)
-                continue;
-            past = t;
-            out = ends[e].outward_normal;
-        }
-        const double length = turn * spacing;
-        const SmoothStep step(past / length);
-        kept = std::min(past, length) - length * step.integral;
-        slope = 1 - step.value;
-        curve = -step.slope / length;
-    }
-    bool inside() const { return past == 0; }
-    bool gone() const { return past >= gone_past; }
-    Vec3 seen_at(const Vec3& x) const { return x - (past - kept) * out; }
-
-    /// Chain rule of x ↦ seen_at(x), then the fading.
-    void apply(WallContact& c) const {
-        const double along = c.normal.dot(out);
-        const Mat3 flatten = Mat3::Identity() - (1 - slope) * out * out.transpose();
-        c.curvature = flatten * c.curvature * flatten + along * curve * out * out.transpose();
-        c.normal -= (1 - slope) * along * out;
-        if (!c.touches() || past <= whole) return;
-        const double length = gone_past - whole;
-        const SmoothStep step((past - whole) / length);
-        const double w = 1 - step.value, dw = -step.slope / length, ddw = -step.curve / (length * length);
-        c.curvature = w * c.curvature + dw * (c.normal * out.transpose() + out * c.normal.transpose()) +
-                      c.penetration * ddw * out * out.transpose();
-        c.normal = w * c.normal + c.penetration * dw * out;
-        c.penetration *= w;
-    }
-};
 
 /// FNV-1a over 8-byte words, the last filled with zeros.
 std::uint64_t mixed(const void* bytes, std::size_t count, std::uint64_t hash = 0xcbf29ce484222325u) {
@@ -221,16 +157,15 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         asked.held ? tree.locate_within(x, asked.station, sheets.sheet_of) : tree.locate(x, asked.station);
     c.held = asked.held && asked.station >= 0 && sheets.sheet_of[c.station] == sheets.sheet_of[asked.station];
     c.stiffness = stiffness.mean();
-    const Sleeve sleeve(x, tree.stations()[c.station].centre, tree.ends(), sheets.ends[c.station], outer,
-                        spacing);
-    if (sleeve.gone()) {
-        c.room = tree.stations()[c.station].radius - wire_radius - c.thickness;
-        c.penetration = -1e-3;
-    } else if (sleeve.inside()) {
+    const PastEnd past(x, tree.ends(), tree.ends_at(c.station), spacing);
+    const double joint = wire_radius + c.thickness;
+    if (past.inside()) {
         ask_grid(x, c);
+        past.limit(x, joint, c);
     } else {
-        ask_grid(sleeve.seen_at(x), c);
-        sleeve.apply(c);
+        c.room = tree.stations()[c.station].radius - joint;
+        if (!past.alone()) ask_grid(past.seen_at(x), c);
+        past.apply(x, joint, inner - joint, c);
     }
     if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.way(c.station, x), c);
     return c;

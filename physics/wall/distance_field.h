@@ -37,10 +37,9 @@ struct FieldEstimate {
 ///
 /// Deeper inside than `inner` the contact is a bound from the inscribed balls, without a normal; farther
 /// outside than `outer` the field continues linearly from where the way to the centreline meets it. Past the
-/// plane of an open end the lumen continues straight, whole for 5 mm and fading over 5 mm more; beyond that
-/// nothing touches. Vessels that nearly touch have fields of their own (VesselSheets); the station of a joint
-/// picks the field. At the border between two fields the wall jumps by micrometres, and a joint that is held
-/// stays with its own up to a quarter of a radius past it.
+/// plane of an open end the vessel goes on as PastEnd says. Vessels that nearly touch have fields of their
+/// own (VesselSheets); the station of a joint picks the field. At the border between two fields the wall
+/// jumps by micrometres, and a joint that is held stays with its own up to a quarter of a radius past it.
 class DistanceField final : public LumenWall {
 public:
     /// The mesh may be closed or open at `ends`; triangles may be turned either way. stiffness: k per joint

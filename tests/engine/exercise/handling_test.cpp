@@ -63,7 +63,7 @@ TEST(HandlingErrors, PushingOnAtAnOpenEndIsAgainstAStop) {
         marks_of(Mishap::AgainstStop, test::small_scenario(), "0 beam on\n1..60 advance 2 mm\n");
     ASSERT_EQ(marks.size(), 1u);
     EXPECT_GT(marks[0].first, 20);
-    EXPECT_EQ(marks[0].last, 60);
+    EXPECT_GE(marks[0].last, 34);  // then it gives way, and folds back in the tube
 }
 
 TEST(HandlingErrors, FeedingOnWhileTheTipStaysIsAgainstAStop) {

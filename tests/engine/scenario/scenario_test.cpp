@@ -35,6 +35,28 @@ TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
     EXPECT_EQ(s.budget.updates, 20000);
 }
 
+TEST(Scenario, TheSheathTakesTheThickestDeviceAndMayBeStated) {
+    const auto with = [](const std::string& keys) {
+        return parsed(test::small_toml_with("inserted_mm = 20.0", "inserted_mm = 20.0\n" + keys));
+    };
+    const auto entry_of = [](const Scenario& s) {
+        const anatomy::Anatomy vessels = anatomy_of(s);
+        return vessels.ends[*anatomy::find_end(vessels, s.entry.end)].opening;
+    };
+    EXPECT_NEAR(with("").usual_sheath(), 4.0 / 3, 1e-12);  // 4 F, for a thin wire
+    geometry::OpenEnd sheath = entry_of(with(""));
+    EXPECT_EQ(sheath.goes_on, geometry::Continuation::Sheath);
+    EXPECT_NEAR(sheath.bore, 2.0 / 3, 1e-12);
+    EXPECT_EQ(sheath.length, 110);
+    sheath = entry_of(with("sheath_F = 6\nsheath_length_mm = 230"));
+    EXPECT_NEAR(sheath.bore, 1, 1e-12);
+    EXPECT_EQ(sheath.length, 230);
+    Scenario thick = with("");
+    thick.wire().device.outer_diameter = 1.7;
+    EXPECT_NEAR(thick.usual_sheath(), 2, 1e-12);
+    test::expect_said(test::refusal([&] { with("sheath_F = 1"); }), "does not take a device of");
+}
+
 TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
     std::string text = test::small_toml_with("[tube]", "anatomy = \"../anatomy/x.json\"\n[tube]");
     text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));

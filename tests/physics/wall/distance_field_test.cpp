@@ -267,17 +267,40 @@ Vec3 past(const OpenEnd& end, double out, double r, double angle) {
            r * end.radius * (std::cos(angle) * a + std::sin(angle) * b);
 }
 
-TEST(DistanceField, LeavesTheWayOutOfAnOpenEndFree) {
-    for (const OpenEnd& end : test::iliac_renal().openings())
-        for (double angle = 0; angle < 6.2; angle += 0.5) {
-            for (double out : {0.01, 0.5, 2.0, 7.0, 20.0})
-                for (double r : {0.0, 0.5})
-                    EXPECT_FALSE(ask(iliac_field(), past(end, out, r, angle)).touches())
-                        << end.name << " " << out;
-            for (double r : {1.2, 3.0})
-                EXPECT_FALSE(ask(iliac_field(), past(end, 10.01, r, angle)).touches()) << end.name;
-            EXPECT_TRUE(ask(iliac_field(), past(end, 2.0, 1.2, angle)).touches()) << end.name;
+/// Depth of a joint off the axis of the cone past an end, from one radius past its plane on.
+double round_depth(const OpenEnd& end, double out, double r, double joint) {
+    const double narrows = (end.radius - 0.3 - 0.375 * std::min(0.5, 0.25 * end.radius)) / (14 * end.radius);
+    return r * end.radius - (end.radius - narrows * (out - 0.125 * end.radius)) + joint;
+}
+
+TEST(DistanceField, TheVesselGoesOnRoundAndNarrowingPastAnEnd) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (const OpenEnd& end : test::iliac_renal().openings()) {
+        const int station = iliac_field().tree().locate(end.centre, -1);
+        for (int n = 0; n < 1000; ++n) {
+            const double out = end.radius * (1 + 13 * unit(random)), r = 0.25 + 3 * unit(random);
+            const WallContact c =
+                ask(iliac_field(), past(end, out, r, 2 * std::numbers::pi * unit(random)), station);
+            EXPECT_NEAR(c.penetration, round_depth(end, out, r, fixed_wire_radius), 1e-9)
+                << end.name << " " << out << " " << r;
         }
+        EXPECT_FALSE(ask(iliac_field(), past(end, 0.4 * end.radius, 0.5, 1), station).touches()) << end.name;
+        EXPECT_TRUE(ask(iliac_field(), past(end, 14 * end.radius + 1, 0, 0), station).touches()) << end.name;
+    }
+}
+
+TEST(DistanceField, TheAorticRootIsPastTheEndWhereTheValveIs) {
+    anatomy::Anatomy tube = anatomy::tube_anatomy("root", {{0, 0, 0}, {40, 0, 0}}, 12.0, 64, 1.0);
+    tube.body = {Landmark::AorticValve, Vec3(1, 2, 0)};
+    const DistanceField field = field_of(tube, 0.4);
+    const OpenEnd root = tube.openings()[0], other = tube.openings()[1];
+    EXPECT_EQ(root.goes_on, Continuation::Root);
+    EXPECT_EQ(other.goes_on, Continuation::Artery);
+    EXPECT_TRUE(ask(field, past(root, 22.5, 0.58, 0)).touches());
+    EXPECT_FALSE(ask(field, past(root, 20.5, 0.58, 0)).touches());
+    EXPECT_FALSE(ask(field, past(root, 22.5, 0, 0)).touches());
+    EXPECT_FALSE(ask(field, past(other, 22.5, 0.58, 0)).touches());
 }
 
 TEST(DistanceField, HasNoStepAtAnOpenEnd) {

@@ -49,15 +49,22 @@ const MeshWall& iliac_wall() {
 
 }  // namespace
 
-TEST(MeshWall, TouchesNothingBeyondAnOpenEnd) {
+TEST(MeshWall, TheVesselGoesOnRoundAndNarrowingPastAnOpenEnd) {
     const MeshWall& wall = iliac_wall();
-    for (const OpenEnd& end : test::iliac_renal().openings())
-        for (double out : {0.5, 2.0, 5.0}) {
-            Vec3 a, b;
-            tangent_basis(end.outward_normal, a, b);
-            const Vec3 x = end.centre + out * end.outward_normal + 1.2 * end.radius * a;
-            EXPECT_FALSE(ask(wall, x).touches()) << end.name << " " << out;
-        }
+    for (const OpenEnd& end : test::iliac_renal().openings()) {
+        const int station = ask(wall, end.centre).station;
+        const double narrows =
+            (end.radius - 0.3 - 0.375 * std::min(0.5, 0.25 * end.radius)) / (14 * end.radius);
+        for (const double out : {0.5, 2.0, 13.0})
+            for (const double aside : {0.3, 0.5, 1.2}) {
+                Vec3 a, b;
+                tangent_basis(end.outward_normal, a, b);
+                const Vec3 x = end.centre + end.radius * (out * end.outward_normal + aside * a);
+                EXPECT_NEAR(ask(wall, x, station).penetration,
+                            (aside - 1 + narrows * (out - 0.125)) * end.radius + 0.4, 1e-9)
+                    << end.name << " " << out << " " << aside;
+            }
+    }
 }
 
 TEST(MeshWall, PutsAJointInTheBranchThatHoldsIt) {

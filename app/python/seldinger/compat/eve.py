@@ -217,7 +217,7 @@ class MaxSteps:
 
 
 class VesselEnd:
-    """Truncation where the tip stands in an open end."""
+    """Truncation where the tip is past an end of the vessels."""
 
     def __call__(self, info: Mapping) -> bool:
         return info["truncation"] == "vessel_end"

@@ -81,7 +81,7 @@ class Env(_bases[0]):
     render_mode        'rgb_array': the image; 'panel': the room's panel around it, with readouts; or None
 
     terminated: the tip is within the target's radius. truncated: info['truncation'] is 'steps', 'time' (the scenario's
-    limit), 'vessel_end' (the tip stands in an open end) or 'not_certified' (see patience), else None.
+    limit), 'vessel_end' (the tip is past an end of the vessels) or 'not_certified' (see patience), else None.
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
     tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (that of State, its 64 bits as
     a signed int, which arrays of int64, tensors and JSON take: hash % 2**64 == State.hash), dose (a dict of air_kerma_mGy and

@@ -405,7 +405,7 @@ class Batch:
         sim = self.sim
         way = self.way()
         reached = sim.on_target & active
-        reasons = {"not_certified": self.restless >= self.patience, "vessel_end": sim.insertion_stopped,
+        reasons = {"not_certified": self.restless >= self.patience, "vessel_end": sim.past_vessel_end,
                    "time": sim.time_is_up, "steps": self.steps >= self.most_steps}
         why = np.full(self.n, None, object)
         for name, holds in reasons.items():

@@ -1,0 +1,226 @@
+#include "physics/wall/past_end.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace physics {
+namespace {
+
+constexpr double turn = 4;           // grid nodes past the plane in which the field becomes that of the plane
+constexpr double passing_share = 1;  // of the end's radius
+constexpr double passing_root = 0.3;  // of that of an aorta
+constexpr double starts_over = 0.25;  // of the end's radius: the narrowing
+constexpr double closes_over = 1;     // way past a cone's last place [mm]
+
+/// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
+struct SmoothStep {
+    double value, slope, curve, integral;
+    explicit SmoothStep(double t) {
+        t = std::clamp(t, 0.0, 1.0);
+        value = t * t * t * (10 + t * (6 * t - 15));
+        slope = 30 * t * t * (1 - t) * (1 - t);
+        curve = 60 * t * (1 - t) * (1 - 2 * t);
+        integral = t * t * t * t * (2.5 + t * (t - 3));
+    }
+};
+
+/// A way that starts smoothly at 0, over `start` [mm], and its derivatives.
+struct Way {
+    double value, slope, curve;
+    Way(double t, double start) {
+        const SmoothStep step(t / start);
+        value = start * step.integral + std::max(0.0, t - start);
+        slope = step.value;
+        curve = step.slope / start;
+    }
+};
+
+}  // namespace
+
+namespace {
+
+/// The cone whose joint on the axis has this radius to go.
+RoundCone open_to(double radius, double core) {
+    RoundCone cone;
+    cone.radius = radius + RoundCone::on_axis * core;
+    cone.core = core;
+    return cone;
+}
+
+/// The root of an aorta of radius r at the sinotubular junction, and the left ventricle.
+void add_root(const OpenEnd& end, RoundCones& cones) {
+    // In radii of the junction. Diameters of 29 mm at the junction, 34 mm at the sinuses (echography of 135
+    // adults: Roman 1989, Am J Cardiol 64:507); the cusps' lowest places 21 mm below the junction, and where
+    // they meet 8 mm above these (Schäfers 2006, J Thorac Cardiovasc Surg 132:436: 9 mm).
+    constexpr double sinus = 0.59, off_axis = 0.58, centre = 0.9 + passing_root, narrows = 0.2;
+    // A wire of 0.035 inch goes through the hole, a catheter only by force [mm].
+    constexpr double hole = 0.55, hole_core = 0.3;
+    // 47 mm across and 87 mm long, at the end of diastole (Lang 2015, J Am Soc Echocardiogr 28:1) [mm].
+    constexpr double ventricle = 23.5, ventricle_length = 40, cusp = 3;
+    const double r = end.radius, floor = (centre + sinus) * r + cusp;
+    RoundCone junction;
+    junction.radius = r;
+    junction.narrows = narrows;
+    junction.starts = junction.last = passing_root * r;
+    cones.add(junction);
+    Vec3 u, v;
+    tangent_basis(end.outward_normal, u, v);
+    for (int k = 0; k < 3; ++k) {
+        const double angle = 2 * std::numbers::pi / 3 * k;
+        RoundCone ball;
+        ball.aside = off_axis * r * (std::cos(angle) * u + std::sin(angle) * v);
+        ball.radius = sinus * r;
+        ball.first = ball.last = centre * r;
+        cones.add(ball);
+    }
+    RoundCone through = open_to(hole, hole_core);
+    through.first = centre * r;
+    through.last = floor + cusp;
+    cones.add(through);
+    RoundCone chamber;
+    chamber.radius = ventricle;
+    chamber.first = floor + ventricle;
+    chamber.last = chamber.first + ventricle_length;
+    cones.add(chamber);
+}
+
+}  // namespace
+
+RoundCones cones_past(const OpenEnd& end) {
+    RoundCones cones;
+    if (end.goes_on == Continuation::Root) {
+        add_root(end, cones);
+        return cones;
+    }
+    const double r = end.radius;
+    RoundCone vessel;
+    vessel.radius = r;
+    vessel.core = std::min(vessel.core, 0.25 * r);
+    if (end.goes_on == Continuation::Sheath) {
+        cones.add(vessel);
+        RoundCone tube = open_to(end.bore, std::min(vessel.core, 0.25 * end.bore));
+        tube.first = 0;
+        tube.last = end.length;
+        cones.add(tube);
+        return cones;
+    }
+    const double whole = PastEnd::narrows_over * r, left = open_to(PastEnd::goes_in, vessel.core).radius;
+    vessel.last = std::min(whole, end.length);
+    vessel.narrows = std::max(0.0, r - left) / whole;
+    cones.add(vessel);
+    return cones;
+}
+
+PastEnd::PastEnd(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> at, double spacing) {
+    for (const int e : at) {
+        const double t = (x - ends[e].centre).dot(ends[e].outward_normal);
+        if (t <= past_) continue;
+        past_ = t;
+        end_ = &ends[e];
+    }
+    if (!end_) return;
+    constexpr double at_once = 1e-9;  // [mm]
+    const double share = end_->goes_on == Continuation::Root ? passing_root : passing_share;
+    passing_ = spacing > 0 ? share * end_->radius : at_once;
+    const double length = std::max(turn * spacing, at_once);
+    const SmoothStep step(past_ / length);
+    kept_ = std::min(past_, length) - length * step.integral;
+    slope_ = 1 - step.value;
+    curve_ = -step.slope / length;
+}
+
+/// Chain rule of x ↦ seen_at(x), and of the depth ending smoothly where it is not known.
+void PastEnd::flatten(double known, WallContact& c) const {
+    assert(known > 0);
+    const Vec3& out = end_->outward_normal;
+    const Way depth(c.penetration + known, known);
+    c.penetration = depth.value - 0.5 * known;
+    c.curvature = depth.slope * c.curvature + depth.curve * c.normal * c.normal.transpose();
+    c.normal *= depth.slope;
+    const double along = c.normal.dot(out);
+    const Mat3 section = Mat3::Identity() - (1 - slope_) * out * out.transpose();
+    c.curvature = section * c.curvature * section + along * curve_ * out * out.transpose();
+    c.normal -= (1 - slope_) * along * out;
+}
+
+PastEnd::Depth PastEnd::depth(const Vec3& x) const {
+    const Vec3& out = end_->outward_normal;
+    const Mat3 along = out * out.transpose();
+    const Vec3 beside = x - end_->centre - past_ * out;
+    const auto of = [&](const RoundCone& cone) {
+        const Way ahead(past_ - cone.last, closes_over), back(cone.first - past_, closes_over),
+            way(past_ - cone.starts, starts_over * end_->radius);
+        const Vec3 w = beside - cone.aside + (ahead.value * ahead.slope - back.value * back.slope) * out;
+        const double curve_of_w = ahead.slope * ahead.slope + ahead.value * ahead.curve +
+                                  back.slope * back.slope + back.value * back.curve;
+        const double square =
+            (beside - cone.aside).squaredNorm() + ahead.value * ahead.value + back.value * back.value;
+        // φ and its derivatives by the square of its argument.
+        const double c = cone.core, q = std::sqrt(square);
+        const bool in_core = q < c;
+        const double phi = in_core ? c / 8 * (3 + square / (c * c) * (6 - square / (c * c))) : q,
+                     slope = in_core ? (6 - 2 * square / (c * c)) / (8 * c) : 1 / (2 * q),
+                     curve = -1 / (4 * std::pow(in_core ? c : q, 3));
+        Depth d;
+        d.value = phi - cone.radius + cone.narrows * way.value;
+        d.slope = 2 * slope * w + cone.narrows * way.slope * out;
+        d.curve = 2 * slope * (Mat3::Identity() - along + curve_of_w * along) +
+                  4 * curve * w * w.transpose() + cone.narrows * way.curve * along;
+        d.steepest = 1 + cone.narrows;
+        return d;
+    };
+    const RoundCones cones = cones_past(*end_);
+    if (cones.count == 1) return of(cones.cones[0]);
+    std::array<Depth, RoundCones::most> depths;
+    const auto all = std::span(depths).first(cones.count);
+    std::ranges::transform(cones.all(), all.begin(), of);
+    const double least = std::ranges::min(all, {}, &Depth::value).value;
+    Depth sum{0, Vec3::Zero(), Mat3::Zero(), 1};
+    for (const Depth& d : all) {
+        const double weight = std::exp((least - d.value) / rounding);
+        sum.value += weight;
+        sum.slope += weight * d.slope;
+        sum.curve += weight * (d.curve - d.slope * d.slope.transpose() / rounding);
+        sum.steepest = std::max(sum.steepest, d.steepest);
+    }
+    sum.slope /= sum.value;
+    sum.curve = sum.curve / sum.value + sum.slope * sum.slope.transpose() / rounding;
+    sum.value = least - rounding * std::log(sum.value);
+    return sum;
+}
+
+void PastEnd::apply(const Vec3& x, double joint, double known, WallContact& c) const {
+    assert(!inside());
+    const Vec3& out = end_->outward_normal;
+    const Depth round = depth(x);
+    const double round_value = round.value + joint, round_trust = -round_value / round.steepest;
+    if (alone()) {
+        c.penetration = round_value;
+        c.normal = round.slope;
+        c.curvature = round.curve;
+        c.trust = std::clamp(round_trust, 0.0, past_ - passing_);
+        return;
+    }
+    const SmoothStep step(past_ / passing_);
+    const double slope = step.slope / passing_, curve = step.curve / (passing_ * passing_);
+    flatten(known, c);
+    const double more = round_value - c.penetration;
+    const Vec3 steeper = round.slope - c.normal;
+    const Mat3 cross = slope * steeper * out.transpose();
+    c.curvature += step.value * (round.curve - c.curvature) + cross + cross.transpose() +
+                   curve * more * out * out.transpose();
+    c.normal += step.value * steeper + slope * more * out;
+    c.penetration += step.value * more;
+    // Between two walls that are not touched lies none.
+    c.trust = std::max(0.0, std::min(c.trust, round_trust));
+}
+
+void PastEnd::limit(const Vec3& x, double joint, WallContact& c) const {
+    if (!end_ || c.trust <= -past_) return;
+    const Depth round = depth(x);
+    c.trust = std::min(c.trust, std::max(-past_, -(round.value + joint) / round.steepest));
+}
+
+}  // namespace physics
