@@ -90,6 +90,7 @@ struct SolverScene::Content {
         int count = 0;
     } lumen, wire, forces, goal;
     const void* drawn_lumen = nullptr;
+    std::vector<Eigen::Vector3f> drawn_moves;
     long drawn_view = -1;
     bool turned = true;  // the camera has moved since the last picture
     std::chrono::steady_clock::time_point drawn_at;
@@ -193,10 +194,12 @@ struct SolverScene::Content {
         gl.BindVertexArray(0);
     }
 
-    void send_lumen(const anatomy::Anatomy& anatomy) {
-        if (drawn_lumen == &anatomy) return;
+    void send_lumen(const anatomy::Anatomy& anatomy, const std::vector<Eigen::Vector3f>& moves) {
+        if (drawn_lumen == &anatomy && drawn_moves == moves) return;
         drawn_lumen = &anatomy;
-        const auto& mesh = anatomy.lumen;
+        drawn_moves = moves;
+        geometry::TriangleMesh mesh = anatomy.lumen;
+        for (std::size_t k = 0; k < moves.size(); ++k) mesh.vertices[k] += moves[k].cast<double>();
         std::vector<Vertex> vertices(mesh.vertices.size());
         for (std::size_t k = 0; k < vertices.size(); ++k)
             vertices[k] = {single(mesh.vertices[k]), glm::vec3(0), glm::vec3(0.95f, 0.55f, 0.48f)};
@@ -353,11 +356,12 @@ GLuint SolverScene::picture(const room::View& view, const anatomy::Anatomy& anat
     Content& c = *content_;
     c.make_program();
     c.make_target(width, height);
-    c.send_lumen(anatomy);
+    if (!c.drawn_lumen) c.send_lumen(anatomy, view.solver->lumen_moves);
     c.send_goal(target, radius);
     const auto now = std::chrono::steady_clock::now();
     const bool late = std::chrono::duration<double>(now - c.drawn_at).count() > between_pictures;
     if (c.turned || (view.serial != c.drawn_view && late)) {
+        c.send_lumen(anatomy, view.solver->lumen_moves);
         c.send_wire(*view.solver);
         c.paint(*view.solver);
         c.drawn_view = view.serial;

@@ -92,18 +92,21 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
                                    const render::CArm& arm) {
     Pulse pulse = this->pulse(simulation, time, arm);
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
-    const bool view = masks_ && masked_.arm == pulse.arm && masked_.exposure.vessel_shift == shift;
+    const auto& moves = pulse.exposure.vessel_moves;
+    const bool view = masks_ && masked_.arm == pulse.arm && masked_.exposure.vessel_shift == shift &&
+                      masked_.exposure.vessel_moves == moves;
     const auto same = [](const exercise::PulsedDevice& a, const exercise::PulsedDevice& b) {
         return a.role == b.role && a.joints == b.joints && a.look == b.look;
     };
     if (view && std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(),
                            masked_.devices.end(), same))
         return *masks_;
-    if (!chain_ && !masking_) masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy());
+    if (!chain_ && !masking_)
+        masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy(), simulation.contrast());
     render::Fluoroscope& fluoroscope = chain_ ? chain_->fluoroscope : *masking_;
     Masks made = masks_ ? std::move(*masks_) : Masks();
     masks_.reset();
-    if (!view) made.vessels = filled(arm.pixels, fluoroscope.vessel_pixels(pulse.arm, shift));
+    if (!view) made.vessels = filled(arm.pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves));
     made.devices.clear();
     for (const exercise::PulsedDevice& device : pulse.devices)
         made.devices.push_back(

@@ -133,6 +133,7 @@ std::uint64_t Exercise::fingerprint() const {
          s.relaxer.tolerance, s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold,
          triangles, images);
     if (s.wall_variation) hash(*s.wall_variation);
+    hash(s.tissue);
     return hash.value();
 }
 
@@ -164,7 +165,8 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
     render::Fluoroscope& fluoroscope = monitor.fluoroscope();
     const int pixels = pulse.arm.pixels;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
-    Truth truth{pulse, {}, mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
+    const auto& moves = pulse.exposure.vessel_moves;
+    Truth truth{pulse, {}, mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves))};
     for (const PulsedDevice& device : pulse.devices)
         truth.devices.push_back(
             mask(pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
@@ -180,7 +182,7 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
         std::vector<std::uint16_t> of_node;
         for (const blood::FlowCell& cell : blood.cells)
             of_node.push_back(static_cast<std::uint16_t>(cell.branch + 1));
-        truth.labels = fluoroscope.vessel_labels(pulse.arm, shift, of_node);
+        truth.labels = fluoroscope.vessel_labels(pulse.arm, shift, of_node, moves);
         for (const auto& branch : simulation.anatomy().branches) truth.branches.push_back(branch.name);
     }
     if (parts.lengths) truth.lengths = fluoroscope.layer_lengths(pulse.arm, pulse.exposure);

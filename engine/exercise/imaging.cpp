@@ -240,6 +240,9 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     exposure.seed = scenario.seed;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
+    Simulation::VesselMoves moves = simulation.vessel_moves();
+    exposure.vessel_moves = std::move(moves.of_nodes);
+    exposure.distal_moves = std::move(moves.of_distal);
     if (!scenario.motion.breathing_reach.isZero())
         exposure.breath = scenario::inspiration(simulation.breathing().clock(simulation.time()),
                                                 scenario.motion.breathing_rate);
@@ -319,6 +322,17 @@ auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
 
 }  // namespace
 
+namespace {
+
+render::LumenContrast lumen_contrast(const geometry::TriangleMesh& lumen,
+                                     const blood::ContrastFlow& contrast) {
+    return {lumen,
+            {contrast.nodes().begin(), contrast.nodes().end()},
+            {contrast.radii().begin(), contrast.radii().end()}};
+}
+
+}  // namespace
+
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                           const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
     return with_closed_meshes(anatomy, [&] {
@@ -328,8 +342,7 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
         for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
         render::require_closed("lumen", layers.back().mesh);
         layers.back().closed = true;
-        render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
-                                      {contrast.radii().begin(), contrast.radii().end()});
+        render::LumenContrast vessels = lumen_contrast(layers.back().mesh, contrast);
         render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
                                      distal_nodes(contrast.blood()));
         std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
@@ -339,11 +352,13 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
     });
 }
 
-render::Fluoroscope make_masking(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
+render::Fluoroscope make_masking(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                                 const blood::ContrastFlow& contrast) {
     return with_closed_meshes(anatomy, [&] {
         std::vector<render::TissueLayer> layers;
         layers.push_back(lumen_layer(scenario, anatomy));
-        return render::Fluoroscope({}, std::move(layers));
+        render::LumenContrast vessels = lumen_contrast(layers.back().mesh, contrast);
+        return render::Fluoroscope({}, std::move(layers), std::move(vessels));
     });
 }
 

@@ -50,9 +50,10 @@ ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, co
                           const anatomy::ModelCache& = {});
 
 /// A fluoroscope for the truth of images alone, without the patient: its device_pixels and
-/// vessel_pixels are those of the scenario's fluoroscope. Throws InputError for a lumen that cannot be
-/// closed.
-render::Fluoroscope make_masking(const scenario::Scenario&, const anatomy::Anatomy&);
+/// vessel_pixels are those of the scenario's fluoroscope, with the nodes of that contrast. Throws InputError
+/// for a lumen that cannot be closed.
+render::Fluoroscope make_masking(const scenario::Scenario&, const anatomy::Anatomy&,
+                                 const blood::ContrastFlow&);
 
 /// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
 /// more, so that larger images are not noisier, up to largest_detector_dose.

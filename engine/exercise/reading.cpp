@@ -36,6 +36,8 @@ constexpr Field table[] = {
      &R::torque},
     {"tip_force_N", "", "N", "force of the last joint of the chain of devices on the wall", &R::tip_force},
     {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
+    {"vessel_moved_mm", "vessel_moved_mm", "mm", "the farthest that a joint has pushed a vessel aside",
+     &R::vessel_moved},
     {"", "tip_force_N", "N", "force on the wall of the last joint at which the device lies outermost",
      &R::device_tip_force},
     {"", "wall_force_N", "N", "the largest force of a joint at which the device lies outermost",
@@ -91,6 +93,7 @@ void read_contacts(const Simulation& simulation, Reading& r) {
     }
     if (!contacts.empty()) r.tip_force = contacts.back().force();
     r.wall_force = physics::largest_force(contacts);
+    r.vessel_moved = simulation.farthest_vessel_move();
 }
 
 }  // namespace

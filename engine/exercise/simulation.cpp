@@ -163,7 +163,7 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
         const bool segments = twists_by_segments();
         for (int k = 0; segments && k < static_cast<int>(devices_.size()); ++k)
             physics::start_twists(moving_, k);
-        physics::start_grips(moving_);
+        physics::start_grips(moving_, wall_->foundation() != nullptr);
         physics::start_rubs(moving_);
         if (!moving_.grips.empty() || segments) settle();
         rounds_of_mending_ = 0;
@@ -339,6 +339,56 @@ Vec3 Simulation::vessel_shift() const {
     return scenario_.motion.at(time(), breathing_.clock(time()));
 }
 
+double Simulation::farthest_vessel_move() const {
+    double farthest = 0;
+    for (const physics::WallContact& c : contacts_)
+        if (c.touches()) farthest = std::max(farthest, c.moved().norm());
+    return farthest;
+}
+
+/// Of the vessels under the forces of the wire shown; empty where they do not move.
+std::optional<physics::Foundation::Displacement> Simulation::displacement() const {
+    if (!wall_->foundation()) return {};
+    std::vector<physics::Foundation::Load> loads;
+    for (std::size_t j = 1; j < contacts_.size(); ++j)
+        if (const physics::WallContact& c = contacts_[j]; c.touches())
+            loads.push_back({c.station, wire_.joints[j] - c.moved(), c.push()});
+    if (loads.empty()) return {};
+    return wall_->foundation()->displacement(loads);
+}
+
+/// The displacement of places, whose stations are found when they are not known.
+std::vector<Eigen::Vector3f> Simulation::moved(const physics::Foundation& foundation,
+                                               const physics::Foundation::Displacement& by,
+                                               std::span<const Vec3> places, std::vector<int>& stations) {
+    if (stations.empty())
+        for (const Vec3& place : places) stations.push_back(foundation.tree().locate(place, -1));
+    std::vector<Eigen::Vector3f> moves(places.size());
+    for (std::size_t k = 0; k < places.size(); ++k)
+        moves[k] = foundation.at(by, stations[k], places[k]).cast<float>();
+    return moves;
+}
+
+std::vector<Eigen::Vector3f> Simulation::lumen_moves() const {
+    const auto by = displacement();
+    if (!by) return {};
+    return moved(*wall_->foundation(), *by, anatomy_->lumen.vertices, vertex_stations_);
+}
+
+Simulation::VesselMoves Simulation::vessel_moves() const {
+    VesselMoves moves;
+    const auto by = displacement();
+    if (!by) return moves;
+    moves.of_nodes = moved(*wall_->foundation(), *by, contrast_->nodes(), node_stations_);
+    const blood::BloodFlow& blood = contrast_->blood();
+    for (const blood::Outlet& outlet : blood.outlets)
+        moves.of_distal.insert(moves.of_distal.end(), blood::DistalArteries::bins,
+                               moves.of_nodes[static_cast<std::size_t>(outlet.cell)]);
+    for (const blood::BloodFlow::Source& source : blood.sources)
+        moves.of_distal.push_back(moves.of_nodes[static_cast<std::size_t>(source.cell)]);
+    return moves;
+}
+
 int Simulation::updates_left(const StepReport& report) const {
     return std::max(scenario_.budget.updates - report.relax.updates, 0);
 }
@@ -482,7 +532,7 @@ void Simulation::show_rest(StepReport& report) {
     const bool is_lost = wall_->smooth() && !last.at_rest() && last.gradient > lost;
     const auto contacts = hub_->contacts();
     const bool is_outside = std::any_of(contacts.begin(), contacts.end(), [](const physics::WallContact& c) {
-        return c.room > 0 && c.penetration > c.room;
+        return c.room > 0 && c.pressed_in() > c.room;
     });
     if (!is_lost && !is_outside) return show();
     moving_ = wire_;

@@ -142,6 +142,17 @@ public:
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
+    /// How far the devices have pushed the vessels aside, at each node of contrast() and at each node of the
+    /// distal arteries of the image, which go with the end before them; empty = nowhere [mm].
+    struct VesselMoves {
+        std::vector<Eigen::Vector3f> of_nodes, of_distal;
+    };
+    VesselMoves vessel_moves() const;
+    /// The same at each vertex of the lumen [mm].
+    std::vector<Eigen::Vector3f> lumen_moves() const;
+    /// The farthest that a joint has pushed a vessel [mm].
+    double farthest_vessel_move() const;
+
     /// Length of a device inside, as shown; 0 for one that is not there [mm].
     double inserted(script::Held = script::Held::Wire) const;
     /// Where the device ends, and the direction there.
@@ -184,6 +195,11 @@ private:
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
+    std::optional<physics::Foundation::Displacement> displacement() const;
+    static std::vector<Eigen::Vector3f> moved(const physics::Foundation&,
+                                              const physics::Foundation::Displacement&,
+                                              std::span<const geometry::Vec3> places,
+                                              std::vector<int>& stations);
     void make_relaxers();
     void lay(const geometry::Polyline&, const physics::Chain* before = nullptr);
     int device_of(script::Held) const;
@@ -245,6 +261,8 @@ private:
     std::string denied_;          // since the last step
     std::string exchanged_name_;  // of the wire that is used now; empty = the scenario's
     std::vector<scenario::PlacedDevice> devices_;
+    // In the foundation, once asked for: of contrast()'s nodes, and of the lumen's vertices.
+    mutable std::vector<int> node_stations_, vertex_stations_;
 };
 
 }  // namespace exercise

@@ -445,6 +445,8 @@ SolverView solver_view(const exercise::Simulation& simulation, const physics::Re
     view.joints.assign(simulation.wire().joints.begin(), simulation.wire().joints.end());
     view.contacts.assign(simulation.contacts().begin(), simulation.contacts().end());
     view.shift = simulation.vessel_shift();
+    constexpr double seen = 0.1;  // [mm]
+    if (simulation.farthest_vessel_move() > seen) view.lumen_moves = simulation.lumen_moves();
     view.relax = relax;
     view.tuning = simulation.tuning();
     view.error = distance_from_rest(simulation);

@@ -32,6 +32,7 @@ struct SolverView {
     std::vector<geometry::Vec3> joints;             // [mm]
     std::vector<physics::WallContact> contacts;     // of the joints
     geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
+    std::vector<Eigen::Vector3f> lumen_moves;       // of its vertices, pushed aside; empty = none [mm]
     physics::RelaxReport relax;
     exercise::Tuning tuning;             // the tuning it was moved with
     double error = 0;                    // largest distance of a joint from where it comes to rest [mm]

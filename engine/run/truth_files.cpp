@@ -80,6 +80,9 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     for (int row = 0; row < 3; ++row)
         json["camera_matrix"].push_back({camera(row, 0), camera(row, 1), camera(row, 2), camera(row, 3)});
     json["vessel_shift_mm"] = list(pulse.exposure.vessel_shift);
+    float pushed = 0;
+    for (const Eigen::Vector3f& move : pulse.exposure.vessel_moves) pushed = std::max(pushed, move.norm());
+    json["vessels_pushed_mm"] = pushed;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
     if (const geometry::Polyline& device = pulse.tip_of(); !device.empty()) {
         const render::Pixel pixel = render::project(arm, device.back() + shift);

@@ -5,6 +5,7 @@
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/shared_store.h"
+#include "engine/anatomy/tissues.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/polyline.h"
@@ -107,7 +108,8 @@ namespace {
 
 /// Of all that a wall on the surface of a lumen is made from.
 std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
-                     const physics::WallStiffness& stiffness, double wire_radius, double thickest) {
+                     const physics::WallStiffness& stiffness, const std::vector<physics::Tissue>& tissues,
+                     double wire_radius, double thickest) {
     geometry::Hash hash;
     const auto add_all = [&hash](const auto& list) {
         hash.add(std::uint64_t{list.size()});
@@ -117,6 +119,7 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
     hash.add(stiffness.mean());
     hash.add(stiffness.length());
     add_all(stiffness.terms());
+    add_all(tissues);
     hash.add(wire_radius);
     hash.add(thickest);
     add_all(anatomy.lumen.vertices);
@@ -143,22 +146,52 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
 
 }  // namespace
 
+std::vector<physics::Tissue> tissues_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
+    const TissueChoice& choice = s.tissue;
+    if (!choice.given || choice.rigid) return {};
+    std::vector<physics::Tissue> tissues = anatomy::tissues_of(anatomy);
+    const auto change = [](physics::Tissue& tissue, const TissueChoice::Values& by) {
+        tissue.modulus = by.modulus.value_or(tissue.modulus);
+        tissue.wall = by.wall.value_or(tissue.wall);
+    };
+    for (physics::Tissue& tissue : tissues) change(tissue, choice.all);
+    for (const TissueChoice::Values& values : choice.vessels) {
+        const auto branch = std::find_if(anatomy.branches.begin(), anatomy.branches.end(),
+                                         [&](const auto& b) { return b.name == values.vessel; });
+        if (branch == anatomy.branches.end()) {
+            std::vector<std::string> names;
+            for (const auto& b : anatomy.branches) names.push_back(b.name);
+            throw io::InputError(io::located(
+                s.place("tissue"), fmt::format("[[tissue.vessel]] '{}' is no vessel of {}; vessels are: {}",
+                                               values.vessel, anatomy.name, io::joined(names))));
+        }
+        change(tissues[static_cast<std::size_t>(branch - anatomy.branches.begin())], values);
+    }
+    return tissues;
+}
+
 std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
                                                   const anatomy::ModelCache& cache) {
     static anatomy::SharedStore<std::uint64_t, physics::LumenWall> walls;
     const double wire_radius = 0.5 * s.wire().device.outer_diameter;
     const physics::WallStiffness stiffness =
         anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
+    const std::vector<physics::Tissue> tissues = tissues_of(s, anatomy);
+    const auto in_tissue = [&](std::shared_ptr<physics::LumenWall> wall) {
+        if (!tissues.empty()) wall->lie_in(std::make_shared<physics::Foundation>(anatomy.branches, tissues));
+        return wall;
+    };
     if (s.wall_model == WallModel::Analytic)
-        return std::make_shared<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius, stiffness,
-                                                   wire_radius);
+        return in_tissue(std::make_shared<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
+                                                             stiffness, wire_radius));
     const auto kind =
         s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
     const double thickest = s.thickest_radius();
-    return walls.get(key_of(anatomy, kind, stiffness, wire_radius, thickest),
-                     [&]() -> std::shared_ptr<const physics::LumenWall> {
-                         return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache, thickest);
-                     });
+    return walls.get(
+        key_of(anatomy, kind, stiffness, tissues, wire_radius, thickest),
+        [&]() -> std::shared_ptr<const physics::LumenWall> {
+            return in_tissue(anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache, thickest));
+        });
 }
 
 }  // namespace scenario

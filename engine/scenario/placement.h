@@ -7,6 +7,7 @@
 #include "engine/anatomy/model_cache.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
+#include "physics/wall/foundation.h"
 #include "physics/wall/wall.h"
 
 namespace scenario {
@@ -22,6 +23,10 @@ anatomy::EntryPath entry_of(const Scenario&, const anatomy::Anatomy&);
 
 /// The middle of the target [mm]. Throws InputError for a target that does not exist or lies outside.
 geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
+
+/// What a scenario's vessels lie in, one a branch; empty where they stay where they are. Throws InputError
+/// for a vessel that the anatomy does not have.
+std::vector<physics::Tissue> tissues_of(const Scenario&, const anatomy::Anatomy&);
 
 /// The wall of a scenario with nothing left to choose: the one that others in this process have, where there
 /// is one, for nobody changes it.

@@ -121,6 +121,10 @@ std::vector<std::string> problems(const Scenario& s) {
             "[motion] moves vessels before a body that stands still; [imaging] patient = true is "
             "accepted with it");
     }
+    if (s.tissue.given && !s.tissue.rigid && s.relaxer.kind != physics::RelaxerKind::Global)
+        say("tissue",
+            "[tissue] moves vessels, which only the relaxer \"global\" knows; [tissue] rigid = true is "
+            "accepted with another one");
     if (s.wall_model == WallModel::Analytic && !s.tube) {
         say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
     }
@@ -241,6 +245,16 @@ std::filesystem::path find_scenario(const std::string& path_or_name, const std::
     const std::vector<std::string_view> words(names.begin(), names.end());
     throw io::InputError("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
                          path_or_name, io::suggestion(path_or_name, words), io::joined(names));
+}
+
+void TissueChoice::state(geometry::StateStream& s) {
+    const auto values = [&](Values& of) {
+        double modulus = of.modulus.value_or(-1), wall = of.wall.value_or(-1);
+        s(of.vessel, modulus, wall);
+    };
+    s(given, rigid);
+    values(all);
+    for (Values& of : vessels) values(of);
 }
 
 }  // namespace scenario

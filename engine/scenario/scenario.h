@@ -122,6 +122,22 @@ struct PlacedDevice {
 /// with it the wires of the catalogue have about the forces that models of vessels saw.
 inline constexpr double free_shaft = 100;
 
+/// What the vessels lie in: anatomy::tissues_of(), with what a scenario changes. Without a [tissue] they stay
+/// where they are.
+struct TissueChoice {
+    /// Of one vessel, or of all: k_f and E h/R of physics::Tissue [N/mm²]; empty = that of its kind.
+    struct Values {
+        std::string vessel;  // name of a branch, or empty
+        std::optional<double> modulus, wall;
+    };
+    bool given = false;
+    bool rigid = false;  // vessels stay where they are
+    Values all;
+    std::vector<Values> vessels;  // before those of all
+
+    void state(geometry::StateStream&);
+};
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
@@ -147,6 +163,7 @@ struct Scenario {
     std::optional<physics::WallVariation> wall_variation;  // Eq. 41; empty = as stiff everywhere
     double wall_friction = 1;                              // scales the devices' friction
     WallModel wall_model = WallModel::Auto;
+    TissueChoice tissue;
     physics::RelaxerConfig relaxer;
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
     Target target;

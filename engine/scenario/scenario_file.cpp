@@ -197,6 +197,35 @@ std::optional<physics::WallStiffness::Term> read_term(const toml::node& row) {
     return physics::WallStiffness::Term{share, phase * geometry::degree};
 }
 
+/// Below the least modulus the weight of a catheter moves a vessel out of its place.
+constexpr io::Range modulus_range = {0.005, 1e3}, vessel_wall_range = {0, 1e3};
+
+void read_values(io::Section& section, TissueChoice::Values& values) {
+    const auto read = [&](std::string_view key, std::optional<double>& value, io::Range range) {
+        if (!section.find(key)) return;
+        double number = range.least;
+        section.number(key, number, range);
+        value = number;
+    };
+    read("modulus_N_per_mm2", values.modulus, modulus_range);
+    read("wall_N_per_mm2", values.wall, vessel_wall_range);
+}
+
+void read_tissue(io::Section section, TissueChoice& tissue) {
+    tissue.given = section.given();
+    if (!tissue.given) return;
+    section.flag("rigid", tissue.rigid);
+    read_values(section, tissue.all);
+    for (io::Section& vessel : section.sections("vessel")) {
+        TissueChoice::Values values;
+        if (!vessel.word("name", values.vessel)) vessel.missing("name", "name = \"BRANCH\"");
+        read_values(vessel, values);
+        vessel.finish();
+        tissue.vessels.push_back(std::move(values));
+    }
+    section.finish();
+}
+
 void read_variation(io::Section section, Scenario& s) {
     if (!section.given()) return;
     physics::WallVariation variation;
@@ -483,6 +512,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     if (const auto model = wall.choice("model", models)) s.wall_model = static_cast<WallModel>(*model);
     read_variation(wall.section("variation", false), s);
     wall.finish();
+    read_tissue(top.section("tissue", false), s.tissue);
     read_relaxer(top.section("relaxer", false), s);
     io::Section target = top.section("target", true);
     target.word("name", s.target.name);

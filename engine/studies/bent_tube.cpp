@@ -35,7 +35,7 @@ physics::WallContact BentTube::contact(const Vec3& x) const {
     return c;
 }
 
-void BentTube::contacts(std::span<const Vec3> joints, std::span<physics::WallContact> contacts) const {
+void BentTube::rigid_contacts(std::span<const Vec3> joints, std::span<physics::WallContact> contacts) const {
     physics::require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i]);
 }

@@ -12,8 +12,8 @@ public:
     BentTube(double bend, double angle, double radius, double stiffness)
         : bend_(bend), angle_(angle), radius_(radius), stiffness_(stiffness) {}
 
-    void contacts(std::span<const geometry::Vec3> joints,
-                  std::span<physics::WallContact> contacts) const override;
+    void rigid_contacts(std::span<const geometry::Vec3> joints,
+                        std::span<physics::WallContact> contacts) const override;
 
 private:
     physics::WallContact contact(const geometry::Vec3& joint) const;

@@ -23,15 +23,15 @@ class AskedWall final : public physics::LumenWall {
 public:
     AskedWall(const physics::LumenWall& wall, bool trusts) : wall_(wall), trusts_(trusts) {}
 
-    void contacts(std::span<const geometry::Vec3> joints,
-                  std::span<physics::WallContact> contacts) const override {
+    void rigid_contacts(std::span<const geometry::Vec3> joints,
+                        std::span<physics::WallContact> contacts) const override {
         queries += static_cast<long long>(joints.size());
         if (keeps) {
             sizes_.push_back(joints.size());
             joints_.insert(joints_.end(), joints.begin(), joints.end());
             for (const auto& contact : contacts) stations_.push_back(contact.station);
         }
-        wall_.contacts(joints, contacts);
+        wall_.rigid_contacts(joints, contacts);
         if (trusts_) return;
         for (auto& contact : contacts) contact.trust = 0;
     }

@@ -36,7 +36,7 @@ public:
     explicit ClosestFeatureWall(const anatomy::Anatomy& tube)
         : mesh_(tube.lumen), query_(tube.lumen), tree_(tube.branches, tube.openings()) {}
 
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         physics::require_finite(joints);
         for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i], contacts[i].station);
     }

@@ -328,10 +328,12 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
     double excess = 0;
     for (int i = 1; i <= wire.segments(); ++i) {
         const physics::WallContact& c = contacts[i];
-        tally.deepest = std::max(tally.deepest, c.penetration);
+        tally.deepest = std::max(tally.deepest, c.pressed_in());
         tally.largest_force = std::max(tally.largest_force, c.force());
         const double radius = wire.inner_radius() + wire.thickness[i];
-        const double more = lumen_.outside_by(wire.joints[i], radius) + radius - std::max(c.penetration, 0.0);
+        // In the vessel as it has made way.
+        const double more =
+            lumen_.outside_by(wire.joints[i] - c.moved(), radius) + radius - std::max(c.pressed_in(), 0.0);
         if (more > smoothing) {
             ++tally.beyond_force;
             if (more > excess) excess = more, worst = i;

@@ -22,13 +22,13 @@ void ContactSet::update(const Chain& wire) {
     const std::size_t before = contacts_.size();
     contacts_.resize(wire.joints.size());
     asked_at_.resize(wire.joints.size(), Vec3::Zero());
-    asked_shares_.resize(wire.joints.size(), 0.0);
     refit(wire);
     begin();
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3& x = wire.joints[i];
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
-                           shares_[i] == asked_shares_[i] && thickness_[i] == contacts_[i].thickness;
+                           shares_[i] == contacts_[i].share && thickness_[i] == contacts_[i].thickness &&
+                           yields_[i] == contacts_[i].yield;
         if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
     }
     ask();
@@ -43,7 +43,11 @@ void ContactSet::refit(const Chain& wire) {
     assert(wire.thickness.size() == wire.joints.size());
     thickness_ = wire.thickness;
     shares_.resize(wire.joints.size());
-    for (int i = 1; i <= wire.segments(); ++i) shares_[i] = wire.wall_share(i);
+    yields_.resize(wire.joints.size());
+    for (int i = 1; i <= wire.segments(); ++i) {
+        shares_[i] = wire.wall_share(i);
+        yields_[i] = wire.yield_at(i);
+    }
 }
 
 void CarriedLoad::weigh(const Chain& wire) {
@@ -75,16 +79,13 @@ void ContactSet::add(int joint, const Vec3& x, int station) {
     assert(joint >= 1 && joint < static_cast<int>(contacts_.size()));
     index_.push_back(joint);
     at_.push_back(x);
-    WallContact& answer = answer_.emplace_back();
-    answer.station = station;
-    answer.thickness = thickness_[joint];
+    WallContact& answer = answer_.emplace_back(question(joint, station));
     answer.held = !held_.empty() && std::binary_search(held_.begin(), held_.end(), joint);
 }
 
 void ContactSet::ask() {
     assert(at_.size() == answer_.size() && index_.size() == answer_.size());
     wall_.contacts(at_, answer_);
-    for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].share_stiffness(shares_[index_[k]]);
     queries_ += static_cast<long long>(at_.size());
 }
 
@@ -110,14 +111,7 @@ Held ContactSet::hold() {
         const WallContact& before = contacts_[joint];
         if (now.held || !now.touches() || now.station == before.station) continue;
         const auto in_field_of = [&](int station, const Vec3& x) {
-            WallContact c;
-            c.station = station;
-            c.thickness = now.thickness;
-            c.held = true;
-            wall_.contacts({&x, 1}, {&c, 1});
-            ++queries_;
-            c.share_stiffness(shares_[joint]);
-            return c;
+            return asked_from(station, joint, x, true);
         };
         if (std::binary_search(held_.begin(), held_.end(), joint)) {
             const WallContact there = in_field_of(now.station, asked_at_[joint]);
@@ -141,7 +135,6 @@ void ContactSet::commit() {
     for (std::size_t k = 0; k < index_.size(); ++k) {
         contacts_[index_[k]] = answer_[k];
         asked_at_[index_[k]] = at_[k];
-        asked_shares_[index_[k]] = shares_[index_[k]];
     }
     if (!index_.empty()) list_touching(index_.front());
 }
@@ -169,14 +162,22 @@ void ContactSet::sum_pushes() const {
     }
 }
 
-WallContact ContactSet::asked_from(int station, int joint, const Vec3& x) {
-    assert(joint >= 1 && joint < static_cast<int>(shares_.size()));
+WallContact ContactSet::question(int joint, int station) const {
     WallContact c;
     c.station = station;
     c.thickness = thickness_[joint];
+    c.share = shares_[joint];
+    c.yield = yields_[joint];
+    c.given = contacts_[joint].given;
+    return c;
+}
+
+WallContact ContactSet::asked_from(int station, int joint, const Vec3& x, bool held) {
+    assert(joint >= 1 && joint < static_cast<int>(shares_.size()));
+    WallContact c = question(joint, station);
+    c.held = held;
     wall_.contacts({&x, 1}, {&c, 1});
     ++queries_;
-    c.share_stiffness(shares_[joint]);
     return c;
 }
 
@@ -190,7 +191,6 @@ bool ContactSet::rejoin_vessel(const Chain& wire, int joint, int neighbour) {
         if (x == asked_at_[joint]) return false;
         own = asked_from(own.station, joint, x);
         asked_at_[joint] = x;
-        asked_shares_[joint] = shares_[joint];
         if (!own.touches()) return false;
     }
     const WallContact other = asked_from(contacts_[neighbour].station, joint, x);

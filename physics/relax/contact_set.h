@@ -49,8 +49,7 @@ struct Held {
 
 /// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
 /// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
-/// costs no second query. A contact's stiffness is the wall's times the joint's share of it,
-/// Chain::wall_share.
+/// costs no second query. A contact has the joint's share of the wall, Chain::wall_share, and its yield.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
@@ -60,8 +59,8 @@ public:
     /// are trusted to touch nothing. Takes up the wire's load as well.
     void update(const Chain&);
 
-    /// Takes up thickness and lengths of a chain that has been fed but not moved: the next questions are
-    /// asked with them.
+    /// Takes up thickness, lengths and yields of a chain that has been fed but not moved: the next questions
+    /// are asked with them.
     void refit(const Chain&);
 
     /// Corrects joints whose station lies in another vessel than that of a neighbour, if they touch there:
@@ -110,18 +109,19 @@ public:
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
     void state(StateStream& s) {
-        s(contacts_, shares_, asked_shares_, thickness_, asked_at_, touching_, load_, queries_, held_);
+        s(contacts_, shares_, thickness_, yields_, asked_at_, touching_, load_, queries_, held_);
         if (s.restores()) sums_.clear();
     }
 
 private:
-    WallContact asked_from(int station, int joint, const Vec3& x);
+    WallContact question(int joint, int station) const;
+    WallContact asked_from(int station, int joint, const Vec3& x, bool held = false);
     bool rejoin_vessel(const Chain&, int joint, int neighbour);  // whether its contact changed
     void list_touching(int first);
     void sum_pushes() const;
     bool known(int joint, const Vec3& x) const {
         const WallContact& c = contacts_[joint];
-        return !c.touches() && c.thickness == thickness_[joint] &&
+        return !c.touches() && c.thickness == thickness_[joint] && c.yield.shift == yields_[joint].shift &&
                (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
     }
     void begin();  // a round of questions: add them, then ask them at once
@@ -130,9 +130,10 @@ private:
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
-    // Per joint: its share of the wall's stiffness, as it is and as it was last asked with, and its thickness
-    // [mm].
-    std::vector<double> shares_, asked_shares_, thickness_;
+    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and how its vessel
+    // makes way.
+    std::vector<double> shares_, thickness_;
+    std::vector<Yield> yields_;
     std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending

@@ -142,15 +142,20 @@ struct PredictionOptions {
     int most_passes = 5;
 };
 
-/// Normal forces F of friction lag behind the wall's: LaggedForces.
+/// Normal forces F of friction, and the ways D by which vessels have moved, lag behind the wall's:
+/// LaggedForces.
 struct LagOptions {
     /// Rests that are sought with F held fixed, for one motion.
     int most_rounds = 15;
     /// F agrees with the wall's forces where max |ΔF| ≤ tolerance · max F.
     double tolerance = 1e-3;
-    /// Forces go half of their way where max |ΔF| > halved_share · that of the round before ...
+    /// D agrees with what the wall's forces make of the vessels where
+    /// max |ΔD| ≤ yield_tolerance · max |D| + least_way [mm].
+    double yield_tolerance = 2e-2, least_way = 1e-3;
+    /// With both changes as multiples of what is tolerated, forces and ways go half of their way where the
+    /// largest > halved_share · that of the round before ...
     double halved_share = 0.8;
-    /// ... and are left as they are, after least_rounds, where max |ΔF| > stalled_share · that of two rounds
+    /// ... and are left as they are, after least_rounds, where it is > stalled_share · that of two rounds
     /// before.
     int least_rounds = 5;
     double stalled_share = 0.7;

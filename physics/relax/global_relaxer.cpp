@@ -209,6 +209,7 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     }
     at_.goes_on = same.all && end_report_.out_of_budget();
     if (!at_.goes_on) softer_walls_.forget();
+    if (wall_.foundation()) LaggedYields::prepare(wire, *wall_.foundation());
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
@@ -221,8 +222,8 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     return {most_updates, valid, std::max(changed, unsettled), tolerance_, true};
 }
 
-/// Rest and normal forces of the grips in turn, until they agree. Snaps back and forth may let them never
-/// agree: the rounds are counted over all calls that their budget has cut.
+/// Rest and what is held meanwhile in turn, normal forces and the vessels' ways, until they agree. Snaps back
+/// and forth may let them never agree: the rounds are counted over all calls that their budget has cut.
 Termination GlobalRelaxer::find_equilibrium(Search& search) {
     Chain& wire = search.wire;
     const bool grips = !wire.grips.empty();
@@ -233,6 +234,12 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
         ++search.report.lag_rounds;
         return true;
     };
+    // Vessels that have moved are asked for anew.
+    const auto update = [&] {
+        if (!lag_.update(wire, contacts_.contacts(), wall_.foundation())) return false;
+        if (wall_.foundation()) contacts_.update(wire);
+        return true;
+    };
     assert(search.task.most_updates >= 0);
     // Normal forces come near theirs from rests that need not be exact.
     search.task.tolerance = std::max(tolerance_, options_.lag.loose_gradient);
@@ -241,7 +248,7 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
     while (grips && at_rest(end) && lag_.rounds() < options_.lag.loose_rounds && next_round()) {
         end = find_rest(search);
         whole_wire();
-        if (at_rest(end) && !lag_.update(wire, contacts_.contacts())) break;
+        if (at_rest(end) && !update()) break;
     }
     predicted_ = 0;
     search.task.tolerance = tolerance_;
@@ -252,8 +259,7 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
         whole_wire();
         if (!grips || !at_rest(end)) break;
         if (search.task.certifies && search.report.newton_steps == steps) break;
-        search.task.certifies = !(next_round() && lag_.update(wire, contacts_.contacts())) &&
-                                !lag_.let_go(wire, contacts_.contacts());
+        search.task.certifies = !(next_round() && update()) && !lag_.let_go(wire, contacts_.contacts());
     }
     assert(lag_.rounds() <= options_.lag.most_rounds);
     if (at_rest(end)) lag_.close(wire, contacts_.contacts());

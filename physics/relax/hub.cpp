@@ -57,7 +57,7 @@ bool Hub::can_be(const RelaxReport& report) const {
     const bool rests = report.at_rest() || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
     for (const WallContact& c : relaxer_.contacts())
-        if (c.room > 0 && c.penetration > c.room) return false;
+        if (c.room > 0 && c.pressed_in() > c.room) return false;
     // One device may push and another pull by more than both together.
     double force = 0, torque = 0;
     for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})

@@ -16,6 +16,8 @@ double normal_force(const Chain& chain, std::span<const WallContact> contacts, s
     return mu * contacts[joint].force();
 }
 
+constexpr double most_change = 1e9;  // of forces that have all gone, as a multiple of what is tolerated
+
 }  // namespace
 
 bool LaggedForces::next_round() {
@@ -30,18 +32,21 @@ bool LaggedForces::stalls(double change) const {
     return rounds_ > options_.least_rounds && change > options_.stalled_share * changes_[1];
 }
 
-bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts) {
+bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, const Foundation* foundation) {
     assert(chain.grips.size() == chain.joints.size() && contacts.size() == chain.joints.size());
-    double largest = 0, change = 0;
+    double largest = 0, change = 0;  // as a multiple of what is tolerated
     for (std::size_t j = 1; j < chain.grips.size(); ++j) {
         const double force = normal_force(chain, contacts, j);
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - chain.grips[j].force));
     }
-    if (change <= options_.tolerance * largest || stalls(change)) return false;
+    if (change > 0) change = largest > 0 ? change / (options_.tolerance * largest) : most_change;
+    if (foundation) change = std::max(change, yields_.measure(chain, contacts, *foundation));
+    if (change <= 1 || stalls(change)) return false;
     // Forces that jump back and forth meet half way.
     const double part = changes_[0] > 0 && change > options_.halved_share * changes_[0] ? 0.5 : 1;
     changes_ = {change, changes_[0]};
+    if (foundation) yields_.take(chain, part);
     const bool rolls = std::any_of(chain.devices.begin(), chain.devices.end(),
                                    [](const Device& device) { return device.twists_by_segments(); });
     const double stored = grip_energy(chain.grips, chain.joints, 1);

@@ -42,13 +42,13 @@ NewtonStep::NewtonStep(Iterate& at, Chain& wire, ContactSet& contacts, const Glo
     assert(first_ >= 1 && window_ >= 1);
 }
 
-/// Δ: a share of the narrowest lumen of the window.
+/// Δ: a share of the narrowest lumen of the window, or of the way that a vessel has made for a joint.
 double NewtonStep::largest_move() const {
     const TrustOptions& o = options_.trust;
     const double share = kinked(wire_, first_ - 1, o.kinked_cosine) ? o.kinked_share : o.step_share;
     double cap = o.unbounded;
     for (const WallContact& c : contacts_.contacts().subspan(first_))
-        if (c.room > 0) cap = std::min(cap, share * c.room);
+        if (c.room > 0) cap = std::min(cap, share * std::max(c.room, c.given.norm()));
     assert(cap > 0);
     return cap;
 }

@@ -87,12 +87,12 @@ Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMo
     assert(cap_ > 0 && least_energy_ > 0);
 }
 
-/// The narrowest lumen's radius [mm].
+/// The narrowest lumen's radius, or the way that a vessel has made for a joint [mm].
 double Predictor::narrowest() const {
     assert(contacts_.contacts().size() == wire_.joints.size());
     double cap = options_.trust.unbounded;
     for (const WallContact& c : contacts_.contacts())
-        if (c.room > 0) cap = std::min(cap, c.room);
+        if (c.room > 0) cap = std::min(cap, std::max(c.room, c.given.norm()));
     return cap;
 }
 

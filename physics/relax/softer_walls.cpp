@@ -15,10 +15,10 @@ public:
     SofterWall(const LumenWall& wall, double share) : wall_(wall), share_(share) {
         assert(share > 0 && share < 1);
     }
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         assert(joints.size() == contacts.size());
-        wall_.contacts(joints, contacts);
-        for (WallContact& c : contacts) c.share_stiffness(share_);
+        wall_.rigid_contacts(joints, contacts);
+        for (WallContact& c : contacts) c.soften(share_);
     }
     bool same_vessel(int a, int b) const override { return wall_.same_vessel(a, b); }
 

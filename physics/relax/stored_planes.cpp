@@ -50,13 +50,13 @@ void StoredPlanes::ask(const Chain& wire, int first) {
         index_.push_back(i);
         at_.push_back(wire.joints[i]);
         answer_.push_back(contacts_[i]);
+        answer_.back().share = wire.wall_share(i);
     }
     wall_.contacts(at_, answer_);
     queries_ += static_cast<long long>(at_.size());
     for (std::size_t k = 0; k < index_.size(); ++k) {
         WallContact& c = contacts_[index_[k]];
         c = answer_[k];
-        c.share_stiffness(wire.wall_share(index_[k]));
         asked_at_[index_[k]] = at_[k];
     }
     if (anew) reach_ = reach();

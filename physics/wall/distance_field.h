@@ -51,7 +51,7 @@ public:
     DistanceField(DistanceField&&) noexcept;
     ~DistanceField() override;
 
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
 
     /// The depth that devices of up to this radius need [mm]: the usual one where they are thinner than that,

@@ -93,7 +93,7 @@ bool MeshWall::same_vessel(int station, int other) const {
     return scene_->tree.same_branch(station, other);
 }
 
-void MeshWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+void MeshWall::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i)
         contacts[i] = scene_->contact(joints[i], contacts[i].station, contacts[i].thickness);

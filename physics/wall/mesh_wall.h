@@ -20,7 +20,7 @@ public:
              WallStiffness stiffness, double wire_radius = 0.0);
     ~MeshWall() override;
 
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
     bool smooth() const override { return false; }
 

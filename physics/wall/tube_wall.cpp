@@ -120,7 +120,7 @@ WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
     return c;
 }
 
-void TubeWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+void TubeWall::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i)
         contacts[i] = contact(joints[i], contacts[i].station, contacts[i].thickness);

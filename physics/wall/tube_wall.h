@@ -16,7 +16,7 @@ public:
     /// non-finite points, or a radius not larger than the wire's.
     TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius = 0.0);
 
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
 
     const Polyline& centreline() const { return centreline_; }
     double radius() const { return radius_; }

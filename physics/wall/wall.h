@@ -1,6 +1,7 @@
 #pragma once
 /// The answer of a lumen wall to a joint that may touch it.
 
+#include <memory>
 #include <span>
 
 #include "physics/geometry/state.h"
@@ -10,32 +11,59 @@ namespace physics {
 
 using namespace geometry;
 
+class Foundation;
+
+/// How a vessel makes way at a joint, held while a rest is sought: it has moved by `shift`, and moves on by
+/// `give` for each newton of the joint's force, against its direction. Foundation has both.
+struct Yield {
+    double give = 0;            // ≥ 0; 0 = the vessel stays where it is [mm/N]
+    Vec3 shift = Vec3::Zero();  // [mm]
+
+    bool operator==(const Yield&) const = default;
+    void state(StateStream& s) { s(give, shift); }
+};
+
 struct WallContact {
-    double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
+    double penetration = 0;      // of the wire's surface through the wall of the vessel as `yield.shift` has
+                                 // moved it, > 0 outside the lumen [mm]
     Vec3 normal = Vec3::Zero();  // ∇ of penetration: points out of the lumen, of unit length except where
                                  // DistanceField's spline is only nearly a distance; zero out of reach
-    Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
-    double stiffness = 0;           // k of this joint; a wall returns that of a joint of the spec's λ [N/mm]
+    Mat3 curvature = Mat3::Zero();   // ∇² of penetration; zero for a wall of planes [1/mm]
+    double stiffness = 0;            // k of this joint: of wall and vessel in series [N/mm]
     Vec3 stiffening = Vec3::Zero();  // ∇k: zero unless the stiffness changes along the vessel [N/mm²]
     double trust = 0;                // the joint touches nothing while it stays within this of here [mm]
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
     int station = -1;  // where along the vessel the joint is; pass it back with the next query
-    double thickness = 0;  // of the joint beyond the radius that the wall knows; asked with the query [mm]
-    bool held = false;     // asked with the query: near the border of two vessels, stay with the station's;
-                           // false in the answer where the joint is too far past it
+    // Asked with the query:
+    double thickness = 0;  // of the joint beyond the radius that the wall knows [mm]
+    double share = 1;      // of the wall's stiffness for a joint of the spec's λ [-]
+    Yield yield = {};
+    Vec3 given = Vec3::Zero();  // how far the vessel has made way, beyond the shift; pass it back with the
+                                // next query, which is answered sooner for it [mm]
+    bool held = false;  // asked with the query: near the border of two vessels, stay with the station's;
+                        // false in the answer where the joint is too far past it
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
     double energy() const { return 0.5 * force() * penetration; }  // Eq. 9 [N·mm], if it touches
+    /// What of it is in the wall, and not in the tissue that makes way [N·mm].
+    double wall_energy() const { return 0.5 * force() * pressed_in(); }
+    /// With what the tissue has taken up of this force while the vessel was shifted [N·mm].
+    double whole_energy() const { return energy() + 0.5 * push().dot(yield.shift); }
     /// ∇ of the energy [N]: Eq. 11, and the term of a stiffness that changes along the vessel.
     Vec3 push() const { return force() * normal + stiffening_push(); }
     Vec3 stiffening_push() const {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
     }
     void state(StateStream& s) {
-        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness);
+        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share,
+          yield, given);
     }
-    void share_stiffness(double share) { stiffness *= share, stiffening *= share; }
+    /// How deep the joint is in the wall of the vessel as it has made way [mm].
+    double pressed_in() const { return penetration - given.norm(); }
+    /// How far the vessel has moved at the joint [mm].
+    Vec3 moved() const { return yield.shift + given; }
+    void soften(double by) { stiffness *= by, stiffening *= by; }
 };
 
 /// Throws std::logic_error with the first joint whose position is not finite. Every wall calls it before it
@@ -43,19 +71,36 @@ struct WallContact {
 void require_finite(std::span<const Vec3> joints);
 
 /// A lumen wall. Its stations are hints that keep a joint in its branch between queries.
+///
+/// A joint that presses with the force f moves its vessel by give · f: wall and vessel are two springs in
+/// series. With pen(y) the depth in the vessel where it was, the joint's energy is
+///     U(x) = min over y of |x − y|²/(2 give) + k pen(y)²/2,
+/// as smooth as pen is; its place y is never deeper in the wall than the force explains, however far the
+/// vessel has made way. Where pen is a distance, U is that of a wall with the stiffness 1/(1/k + give).
 class LumenWall {
 public:
     virtual ~LumenWall() = default;
     /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1,
-    /// contacts[i].thickness that of the joint, and `held` as it is wanted. Throws std::logic_error for a
-    /// position that is not finite.
-    virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
+    /// and what is asked with the query is as it is wanted. Throws std::logic_error for a position that is
+    /// not finite.
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const;
+    /// The same of vessels that stay where they are: share and yield do not count.
+    virtual void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
+    /// What the vessels lie in; none where they do not move.
+    const Foundation* foundation() const { return foundation_.get(); }
+    void lie_in(std::shared_ptr<const Foundation> foundation) { foundation_ = std::move(foundation); }
     /// Whether two stations lie in one vessel, so that a joint held by one need not be checked against the
     /// other.
     virtual bool same_vessel(int, int) const { return true; }
     /// Whether penetration is twice continuously differentiable near the wall. Planes of a mesh are not: on
     /// them a Newton method comes only as near to rest as the planes jump.
     virtual bool smooth() const { return true; }
+
+private:
+    WallContact yielding(const Vec3& x, const WallContact& asked) const;
+    bool made_way(const Vec3& x, WallContact& at, Vec3 y) const;
+
+    std::shared_ptr<const Foundation> foundation_;
 };
 
 }  // namespace physics

@@ -533,10 +533,10 @@ Chain uniform_wire(double rigidity, double segment_length, const Vec3& entry, co
     return chain;
 }
 
-void start_grips(Chain& chain) {
+void start_grips(Chain& chain, bool vessels_move) {
     chain.grips.clear();
     chain.friction_loss = 0;
-    if (!chain.has_friction()) return;
+    if (!chain.has_friction() && !vessels_move) return;
     chain.grips.resize(chain.joints.size());
     for (std::size_t i = 0; i < chain.joints.size(); ++i) chain.grips[i].anchor = chain.joints[i];
     assert(grip_energy(chain.grips, chain.joints, 0) == 0);
@@ -602,8 +602,11 @@ void split_segment(Chain& chain, int i, double share) {
         }
     if (!chain.grips.empty()) {
         Grip grip;
-        grip.anchor = chain.grips[i - 1].anchor + share * (chain.grips[i].anchor - chain.grips[i - 1].anchor);
-        grip.rested = std::min(chain.grips[i - 1].rested, chain.grips[i].rested);
+        const Grip &a = chain.grips[i - 1], &b = chain.grips[i];
+        grip.anchor = a.anchor + share * (b.anchor - a.anchor);
+        grip.yield.give = a.yield.give + share * (b.yield.give - a.yield.give);
+        grip.yield.shift = a.yield.shift + share * (b.yield.shift - a.yield.shift);
+        grip.rested = std::min(a.rested, b.rested);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }
     assign_from(chain, i - 1);

@@ -55,7 +55,8 @@ struct Chain {
     int leading = 0;           // index of the device that the distal joints go with
     int tip_segments = 0;      // whole λ at the distal end that go with it, as far as they are inside
     double carried = 0;        // motion in whole segments not yet made, |carried| < λ [mm]
-    std::vector<Grip> grips;   // of the wall on each joint; empty without friction
+    std::vector<Grip> grips;   // of the wall on each joint; empty without friction in vessels that stay where
+                               // they are
     double friction_loss =
         0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
     std::vector<Rub> rubs;  // of devices in each other and in their valves; empty without such friction
@@ -100,6 +101,8 @@ struct Chain {
     int outermost(double s) const;
     /// On the wall.
     bool has_friction() const;
+    /// How the vessel makes way at the joint.
+    Yield yield_at(int joint) const { return grips.empty() ? Yield{} : grips[joint].yield; }
     /// Whether what has lain still is held by more than what slides.
     bool sticks() const;
     /// Whether a joint was put between two that lie λ apart.
@@ -153,9 +156,9 @@ inline void assign(Chain& chain) {
 /// First joint whose share of the devices changes where a device, or every one (-1), is fed.
 int first_fed(const Chain&, int device);
 
-/// Gives every joint a grip with its anchor where the joint is: the chain is as at rest without friction.
-/// Does nothing for devices without friction.
-void start_grips(Chain&);
+/// Gives every joint a grip with its anchor where the joint is: the chain is as at rest without friction, in
+/// vessels that have not made way. Does nothing for devices without friction, unless `vessels_move`.
+void start_grips(Chain&, bool vessels_move = false);
 
 /// Lets a device twist segment by segment, from where its hub is now. Does nothing for one that is
 /// torsionally rigid.

@@ -57,6 +57,14 @@ double peak(const Bound& a, const Bound& b, double length) {
     return highest;
 }
 
+/// The contact with a vessel that has made way and now stays there.
+WallContact where_it_is(WallContact c) {
+    c.penetration = c.pressed_in();
+    c.yield = {0, c.moved()};
+    c.given.setZero();
+    return c;
+}
+
 class Search {
 public:
     Search(const LumenWall& wall, const Vec3& from, const Vec3& to)
@@ -65,6 +73,7 @@ public:
     std::optional<Crossing> run(const WallContact& at_from, const WallContact& at_to, double tolerance) {
         assert(length_ > 0 && tolerance >= 0);
         const double ends = std::max({0.0, at_from.penetration, at_to.penetration});
+        assert(at_from.yield.give == 0 && at_to.yield.give == 0);
         limit_ = ends + tolerance;
         look_between({0, at_from}, {length_, at_to});
         if (deepest_at_ < 0) return std::nullopt;
@@ -91,6 +100,7 @@ private:
         Probe middle{0.5 * (a.at + b.at), {}};
         middle.contact.station = a.contact.station;
         middle.contact.thickness = std::min(a.contact.thickness, b.contact.thickness);
+        middle.contact.yield.shift = 0.5 * (a.contact.yield.shift + b.contact.yield.shift);
         const Vec3 x = from_ + middle.at * way_;
         wall_.contacts({&x, 1}, {&middle.contact, 1});
         if (middle.contact.penetration > limit_) {
@@ -120,7 +130,9 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
     WallContact contacts[3];
     for (int k = 0; k < 3; ++k) {
         contacts[k].station = wire.stations[joint - 1];
-        contacts[k].thickness = wire.thickness[joint - 1 + (k == 2 ? 1 : 2 * k)];
+        const int at = joint - 1 + (k == 2 ? 1 : 2 * k);
+        contacts[k].thickness = wire.thickness[at];
+        contacts[k].yield = wire.yield_at(at);
     }
     wall.contacts(places, contacts);
     return contacts[2].touches() ||
@@ -134,7 +146,15 @@ std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from
                                          double tolerance) {
     assert(tolerance >= 0);
     if (at_from.trust + at_to.trust >= (to - from).norm()) return std::nullopt;
-    return Search(wall, from, to).run(at_from, at_to, tolerance);
+    WallContact first = where_it_is(at_from), last = where_it_is(at_to);
+    // A vessel that one end has pushed aside has moved at the other one, too.
+    const auto go_with = [](WallContact& c, const WallContact& other) {
+        if (c.touches()) return;
+        c.trust = std::max(0.0, c.trust - (other.yield.shift - c.yield.shift).norm());
+        c.yield.shift = other.yield.shift;
+    };
+    if (first.touches() != last.touches()) go_with(first, last), go_with(last, first);
+    return Search(wall, from, to).run(first, last, tolerance);
 }
 
 std::vector<Crossing> crossings(const Chain& wire, std::span<const WallContact> contacts,

@@ -14,9 +14,10 @@ std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall)
         contacts[i].station = chain.stations[i];
         contacts[i].thickness = chain.thickness[i];
         contacts[i].held = true;
+        contacts[i].share = chain.wall_share(static_cast<int>(i));
+        contacts[i].yield = chain.yield_at(static_cast<int>(i));
     }
     wall.contacts(chain.joints, contacts);
-    for (int i = 0; i <= chain.segments(); ++i) contacts[i].share_stiffness(chain.wall_share(i));
     return contacts;
 }
 
@@ -24,7 +25,7 @@ Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
     assert(contacts.size() == chain.joints.size());
     Energy energy;
     energy.bending = bending_energy(chain);
-    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
+    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].whole_energy();
     for (int i = 1; i <= chain.segments(); ++i)
         energy.load -= chain.length_of(i) * chain.load.dot(chain.joints[i] - chain.joints[0]);
     energy.torsion = twist_energy(chain);
@@ -87,7 +88,7 @@ double euler_force(double rigidity, double length) {
 
 double largest_penetration(std::span<const WallContact> contacts) {
     double largest = 0;
-    for (std::size_t i = 1; i < contacts.size(); ++i) largest = std::max(largest, contacts[i].penetration);
+    for (std::size_t i = 1; i < contacts.size(); ++i) largest = std::max(largest, contacts[i].pressed_in());
     return largest;
 }
 

@@ -356,8 +356,8 @@ double fed_energy(const Chain& at, const Chain& fed, int first, int grows, const
         energy += contacts[j].force() * (fed.thickness[j] - at.thickness[j]);
         const double grown = fed.length_of(j) / at.length_of(j) - 1;
         if (grown != 0)
-            energy +=
-                grown * (contacts[j].energy() - at.length_of(j) * at.load.dot(at.joints[j] - at.joints[0]));
+            energy += grown * (contacts[j].wall_energy() -
+                               at.length_of(j) * at.load.dot(at.joints[j] - at.joints[0]));
     }
     return energy + (fed.lengths[grows] - at.lengths[grows]) * push.dot(at.tangents[grows]);
 }

@@ -11,6 +11,7 @@
 
 #include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
+#include "physics/wall/wall.h"
 
 namespace physics {
 
@@ -39,6 +40,7 @@ struct Grip {
     /// Since it slipped or came to touch, up to rest_time: whether μ in `force` is the static one. Kept for
     /// devices of two coefficients only [s].
     double rested = rest_time;
+    Yield yield;  // of the vessel at the joint; it stays with the joint
 
     bool holds() const { return force > 0; }
     /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
@@ -63,10 +65,10 @@ struct Grip {
     /// Whether both hold alike; time alone moves nothing.
     bool operator==(const Grip& other) const {
         return anchor == other.anchor && normal == other.normal && force == other.force &&
-               roll == other.roll && around == other.around;
+               roll == other.roll && around == other.around && yield == other.yield;
     }
     void state(StateStream& s) {
-        s(anchor, normal, force, roll, around);
+        s(anchor, normal, force, roll, around, yield);
         s.added(rested != rest_time, rested);
     }
 };

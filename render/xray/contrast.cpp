@@ -151,7 +151,8 @@ struct LumenContrast::Pieces {
     std::vector<Vec3> nodes;
     std::vector<float> reaches;   // the radii [mm]
     std::vector<double> squares;  // of the radii [mm²]
-    std::once_flag has_grid = {};
+    std::once_flag has_grid = {}, has_owners = {};
+    std::vector<std::uint32_t> owners;  // node of each vertex, once it is asked for
 
     Vec3 low;          // corner of the grid [mm]
     double width = 0;  // of a cell [mm]
@@ -311,6 +312,38 @@ LumenContrast::LumenContrast(const TriangleMesh& lumen, std::vector<Vec3> nodes,
 LumenContrast::~LumenContrast() = default;
 LumenContrast::LumenContrast(LumenContrast&&) noexcept = default;
 LumenContrast& LumenContrast::operator=(LumenContrast&&) noexcept = default;
+
+const TriangleMesh& LumenContrast::mesh() const {
+    return pieces_->mesh;
+}
+
+std::vector<Vec3> LumenContrast::moved_vertices(std::span<const Eigen::Vector3f> of_nodes) const {
+    Pieces& pieces = *pieces_;
+    assert(of_nodes.size() == pieces.nodes.size());
+    std::call_once(pieces.has_owners, [&pieces] {
+        for (const Vec3& x : pieces.mesh.vertices) {
+            std::uint32_t owner = 0;
+            double least = std::numeric_limits<double>::max();
+            for (std::uint32_t n = 0; n < pieces.nodes.size(); ++n) {
+                const double power = (x - pieces.nodes[n]).squaredNorm() - pieces.squares[n];
+                if (power < least) least = power, owner = n;
+            }
+            pieces.owners.push_back(owner);
+        }
+    });
+    std::vector<Vec3> vertices = pieces.mesh.vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+        vertices[v] += of_nodes[pieces.owners[v]].cast<double>();
+    return vertices;
+}
+
+LumenContrast LumenContrast::moved(std::span<const Eigen::Vector3f> of_nodes) const {
+    TriangleMesh mesh = pieces_->mesh;
+    mesh.vertices = moved_vertices(of_nodes);
+    std::vector<Vec3> nodes = pieces_->nodes;
+    for (std::size_t n = 0; n < nodes.size(); ++n) nodes[n] += of_nodes[n].cast<double>();
+    return {mesh, std::move(nodes), pieces_->reaches};
+}
 
 std::span<const Vec3> LumenContrast::nodes() const {
     return pieces_->nodes;

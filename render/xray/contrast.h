@@ -43,6 +43,12 @@ public:
     LumenContrast& operator=(LumenContrast&&) noexcept;
 
     std::span<const geometry::Vec3> nodes() const;
+    const geometry::TriangleMesh& mesh() const;
+    /// The mesh's vertices where the vessels are displaced, each by as much as the node whose piece it is on
+    /// [mm].
+    std::vector<geometry::Vec3> moved_vertices(std::span<const Eigen::Vector3f> of_nodes) const;
+    /// The same lumen, displaced.
+    LumenContrast moved(std::span<const Eigen::Vector3f> of_nodes) const;
 
     /// Lengths are means over 2 × 2 rays per pixel; rays that meet the same walls within ½ mm are cut as one.
     /// Where a ray enters and leaves unequally often, as at a hole of the mesh, only chords between an entry

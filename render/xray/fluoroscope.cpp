@@ -24,6 +24,13 @@
 namespace render {
 namespace {
 
+/// The lumen among the renderer's meshes, where devices have pushed it aside.
+struct MovedVessels {
+    PathLengthRenderer& renderer;
+    const std::optional<LumenContrast>& lumen;
+    const std::vector<Eigen::Vector3f>& moves;  // of the lumen's nodes; empty = none
+};
+
 /// Keeps scratch memory and the vessels of the last view; the results depend on the arguments alone. `layers`
 /// have the numbers of the renderer's meshes.
 class ImageTruth {
@@ -32,22 +39,21 @@ public:
     std::vector<std::uint32_t> device_pixels(const CArm&, std::span<const geometry::Vec3> joints,
                                              const WireLook&);
     /// Pixels whose ray runs through a layer that takes contrast, ascending.
-    const std::vector<std::uint32_t>& vessel_pixels(const CArm&, PathLengthRenderer&,
-                                                    std::span<const TissueLayer>);
+    const std::vector<std::uint32_t>& vessel_pixels(const CArm&, MovedVessels&, std::span<const TissueLayer>);
     /// The label of the vessel that each ray runs through longest, by labels of the nodes; 0 = none. `known`:
     /// the lengths at that arm, null if they were not made before. Throws std::invalid_argument for another
     /// number of labels than nodes.
-    DeepImage vessel_labels(const CArm&, PathLengthRenderer&, std::span<const TissueLayer>,
-                            const LumenContrast& vessels, const ContrastMatrix* known,
-                            std::span<const std::uint16_t> of_node);
+    DeepImage vessel_labels(const CArm&, MovedVessels&, std::span<const TissueLayer>,
+                            const ContrastMatrix* known, std::span<const std::uint16_t> of_node);
 
 private:
     struct VesselView {
         CArm arm;
+        std::vector<Eigen::Vector3f> moves;
         std::vector<std::uint32_t> pixels;
         std::optional<ContrastMatrix> lengths;  // made when labels first need it
     };
-    VesselView& view_of_vessels(const CArm&, PathLengthRenderer&, std::span<const TissueLayer>);
+    VesselView& view_of_vessels(const CArm&, MovedVessels&, std::span<const TissueLayer>);
 
     WireImage wire_;
     std::optional<VesselView> vessels_;
@@ -70,33 +76,37 @@ std::vector<std::uint32_t> ImageTruth::device_pixels(const CArm& arm, std::span<
     return pixels;
 }
 
-ImageTruth::VesselView& ImageTruth::view_of_vessels(const CArm& arm, PathLengthRenderer& renderer,
+ImageTruth::VesselView& ImageTruth::view_of_vessels(const CArm& arm, MovedVessels& vessels,
                                                     std::span<const TissueLayer> layers) {
-    if (vessels_ && vessels_->arm == arm) return *vessels_;
-    vessels_ = VesselView{arm, {}, {}};
+    if (vessels_ && vessels_->arm == arm && vessels_->moves == vessels.moves) return *vessels_;
+    vessels_ = VesselView{arm, vessels.moves, {}, {}};
     Field through(arm.pixels, arm.pixels);
     for (std::size_t layer = 0; layer < layers.size(); ++layer)
-        if (layers[layer].takes_contrast) renderer.accumulate(static_cast<int>(layer), arm, through);
+        if (layers[layer].takes_contrast) vessels.renderer.accumulate(static_cast<int>(layer), arm, through);
     for (std::uint32_t i = 0; i < through.values.size(); ++i)
         if (through.values[i] > 0.0f) vessels_->pixels.push_back(i);
     return *vessels_;
 }
 
-const std::vector<std::uint32_t>& ImageTruth::vessel_pixels(const CArm& arm, PathLengthRenderer& renderer,
+const std::vector<std::uint32_t>& ImageTruth::vessel_pixels(const CArm& arm, MovedVessels& vessels,
                                                             std::span<const TissueLayer> layers) {
-    return view_of_vessels(arm, renderer, layers).pixels;
+    return view_of_vessels(arm, vessels, layers).pixels;
 }
 
-DeepImage ImageTruth::vessel_labels(const CArm& arm, PathLengthRenderer& renderer,
-                                    std::span<const TissueLayer> layers, const LumenContrast& vessels,
-                                    const ContrastMatrix* known, std::span<const std::uint16_t> of_node) {
-    if (of_node.size() != vessels.nodes().size())
+DeepImage ImageTruth::vessel_labels(const CArm& arm, MovedVessels& vessels,
+                                    std::span<const TissueLayer> layers, const ContrastMatrix* known,
+                                    std::span<const std::uint16_t> of_node) {
+    const LumenContrast& lumen = *vessels.lumen;
+    if (of_node.size() != lumen.nodes().size())
         throw std::invalid_argument(std::to_string(of_node.size()) + " labels for " +
-                                    std::to_string(vessels.nodes().size()) + " nodes of vessels");
+                                    std::to_string(lumen.nodes().size()) + " nodes of vessels");
     DeepImage image{arm.pixels, arm.pixels,
                     std::vector<std::uint16_t>(static_cast<std::size_t>(arm.pixels) * arm.pixels, 0)};
-    VesselView& view = view_of_vessels(arm, renderer, layers);
-    if (!view.lengths) view.lengths = known ? *known : vessels.at(arm);
+    VesselView& view = view_of_vessels(arm, vessels, layers);
+    if (!view.lengths)
+        view.lengths = !vessels.moves.empty() ? lumen.moved(vessels.moves).at(arm)
+                       : known                ? *known
+                                              : lumen.at(arm);
     const std::vector<std::uint16_t> labels = longest_label(*view.lengths, of_node);
     for (std::size_t row = 0; row < labels.size(); ++row)
         image.pixels[view.lengths->pixels[row]] = labels[row];
@@ -175,6 +185,7 @@ struct Fluoroscope::State {
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
+    std::vector<Eigen::Vector3f> moves;  // of the vessels' nodes, as the renderer has them; empty = none
     std::optional<DistalVessels> distal;
     std::vector<VolumeCaster> volumes;
     VolumeImages volume_images;
@@ -195,6 +206,7 @@ struct Fluoroscope::State {
           volumes(std::move(through)) {}
 
     void move_to(const CArm&);
+    MovedVessels move_vessels(std::span<const Eigen::Vector3f> of_nodes);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
     PosedLayers posed() { return {renderer, layers, *pose}; }
@@ -205,8 +217,22 @@ struct Fluoroscope::State {
     void dissolve_in(const SparseLength&, float concentration);
 };
 
+/// Moves the layers that take contrast with the nodes. Without nodes they stay.
+MovedVessels Fluoroscope::State::move_vessels(std::span<const Eigen::Vector3f> of_nodes) {
+    if (!vessels || std::equal(of_nodes.begin(), of_nodes.end(), moves.begin(), moves.end()))
+        return {renderer, vessels, moves};
+    moves.assign(of_nodes.begin(), of_nodes.end());
+    const std::vector<Eigen::Vector3f> still(vessels->nodes().size(), Eigen::Vector3f::Zero());
+    geometry::TriangleMesh lumen = vessels->mesh();
+    lumen.vertices = vessels->moved_vertices(moves.empty() ? still : moves);
+    for (std::size_t layer = 0; layer < layers.size(); ++layer)
+        if (layers[layer].takes_contrast) renderer.move(static_cast<int>(layer), lumen);
+    return {renderer, vessels, moves};
+}
+
 void Fluoroscope::State::move_to(const CArm& arm) {
     if (pose && pose->arm == arm) return;
+    move_vessels({});
     beams.clear();
     bare.clear();
     phases->clear();
@@ -267,16 +293,29 @@ void Fluoroscope::State::dissolve(const Exposure& exposure, const OrganMoment& o
     for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, organs);
 }
 
+namespace {
+
+/// Nodes where shift and moves, none or one a node, have brought them [mm].
+std::vector<Vec3> displaced(std::span<const Vec3> nodes, const Vec3& shift,
+                            std::span<const Eigen::Vector3f> moves) {
+    std::vector<Vec3> places(nodes.begin(), nodes.end());
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        places[n] += shift;
+        if (n < moves.size()) places[n] += moves[n].cast<double>();
+    }
+    return places;
+}
+
+}  // namespace
+
 void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
     const std::vector<float>& there = exposure.distal_iodine;
     if (std::none_of(there.begin(), there.end(), [](float c) { return c > 1e-3f; })) return;
     if (!pose->distal) pose->distal = distal->at(pose->arm);
     std::vector<PixelShift> shifts;
-    if (!exposure.vessel_shift.isZero()) {
-        std::vector<Vec3> places = pose->distal->middle;
-        for (Vec3& node : places) node += exposure.vessel_shift;
-        shifts = pixel_shifts(pose->arm, pose->distal->middle, places);
-    }
+    if (!exposure.vessel_shift.isZero() || !exposure.distal_moves.empty())
+        shifts = pixel_shifts(pose->arm, pose->distal->middle,
+                              displaced(pose->distal->middle, exposure.vessel_shift, exposure.distal_moves));
     add_iodine(*pose->distal, there, shifts, iodine, iodine_pixels);
 }
 
@@ -296,14 +335,13 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
         concentration[i] += exposure.vessel_iodine[i];
     std::vector<Eigen::Vector3f> streams = exposure.vessel_streams;
     if (!streams.empty()) streams.resize(nodes.size(), Eigen::Vector3f::Zero());
-    if (exposure.vessel_shift.isZero()) {
+    if (exposure.vessel_shift.isZero() && exposure.vessel_moves.empty()) {
         iodine_thickness(*pose->vessels, concentration, iodine, streams);
         for (const std::uint32_t i : pose->vessels->pixels)
             if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
         return;
     }
-    std::vector<Vec3> places(nodes.begin(), nodes.end());
-    for (Vec3& node : places) node += exposure.vessel_shift;
+    const std::vector<Vec3> places = displaced(nodes, exposure.vessel_shift, exposure.vessel_moves);
     iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, places), iodine, streams);
     for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
         if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
@@ -470,26 +508,31 @@ std::vector<std::uint32_t> Fluoroscope::device_pixels(const CArm& arm, const See
     return state_->truth.device_pixels(seen_from_shifted(arm, shift), device.joints, look);
 }
 
-const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
+const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift,
+                                                             std::span<const Eigen::Vector3f> moves) {
     require_usable(arm, {});
-    return state_->truth.vessel_pixels(seen_from_shifted(arm, shift), state_->renderer, state_->layers);
+    MovedVessels vessels = state_->move_vessels(moves);
+    return state_->truth.vessel_pixels(seen_from_shifted(arm, shift), vessels, state_->layers);
 }
 
 DeepImage Fluoroscope::vessel_labels(const CArm& arm, const Vec3& shift,
-                                     std::span<const std::uint16_t> of_node) {
+                                     std::span<const std::uint16_t> of_node,
+                                     std::span<const Eigen::Vector3f> moves) {
     require_usable(arm, {});
     if (!state_->vessels)
         return {arm.pixels, arm.pixels,
                 std::vector<std::uint16_t>(static_cast<std::size_t>(arm.pixels) * arm.pixels, 0)};
     const CArm seen = seen_from_shifted(arm, shift);
     const bool posed = state_->pose && state_->pose->arm == seen && state_->pose->vessels;
-    return state_->truth.vessel_labels(seen, state_->renderer, state_->layers, *state_->vessels,
+    MovedVessels vessels = state_->move_vessels(moves);
+    return state_->truth.vessel_labels(seen, vessels, state_->layers,
                                        posed ? &*state_->pose->vessels : nullptr, of_node);
 }
 
 std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     const PathLengthRenderer::Phase phase{exposure.breath, exposure.beat, exposure.drift};
+    state_->move_vessels(exposure.vessel_moves);
     std::vector<LayerLength> lengths;
     for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
         const TissueLayer& tissue = state_->layers[layer];

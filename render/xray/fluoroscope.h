@@ -79,12 +79,15 @@ struct Exposure {
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
+    /// Displacement of the vessels besides, as devices push them aside: of each node of the vessels, and of
+    /// each node of the distal arteries; empty = none [mm].
+    std::vector<Eigen::Vector3f> vessel_moves = {}, distal_moves = {};
     double breath = 0.0, beat = 0.0,
            drift = 0.0;  // share of their displacements that the layers have, 0 to 1
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift, vessel_streams, breath, beat, drift);
+          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift);
     }
 };
 
@@ -150,14 +153,16 @@ public:
     Technique technique(const CArm&, const Exposure&);
 
     /// Ground truth: pixels where the device removes more than 2 % of the softest quanta, and pixels whose
-    /// ray runs through a layer that takes contrast; in ascending order. `shift`: Exposure::vessel_shift. The
-    /// vessels of the last arm and shift are kept.
+    /// ray runs through a layer that takes contrast; in ascending order. `shift`: Exposure::vessel_shift,
+    /// `moves`: its vessel_moves. The vessels of the last arm, shift and moves are kept.
     std::vector<std::uint32_t> device_pixels(const CArm&, const SeenDevice&, const geometry::Vec3& shift);
-    const std::vector<std::uint32_t>& vessel_pixels(const CArm&, const geometry::Vec3& shift);
+    const std::vector<std::uint32_t>& vessel_pixels(const CArm&, const geometry::Vec3& shift,
+                                                    std::span<const Eigen::Vector3f> moves = {});
     /// Ground truth: the vessel that each ray runs through longest, by labels given for the nodes of the
     /// vessels; 0 where there is none, everywhere without nodes. arm.pixels squared. Throws
     /// std::invalid_argument for another number of labels than nodes.
-    DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node);
+    DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node,
+                            std::span<const Eigen::Vector3f> moves = {});
 
     /// Ground truth: the length of each ray in a layer, mesh and lumps, where vessels, breath and heartbeat
     /// are in the exposure.

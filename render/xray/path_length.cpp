@@ -107,6 +107,7 @@ struct PathLengthRenderer::Gl : GlContext {
     struct Mesh {
         GLuint array = 0, vertices = 0, indices = 0, moves[3] = {0, 0, 0};
         GLsizei count = 0;
+        std::size_t vertex_count = 0;
         Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
         float longest_edge = 0.0f;                     // [mm]
     };
@@ -217,6 +218,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
         for (int corner : triangle) indices.push_back(static_cast<GLuint>(corner));
     }
     made.count = static_cast<GLsizei>(indices.size());
+    made.vertex_count = mesh.vertices.size();
     gl.GenVertexArrays(1, &made.array);
     gl.BindVertexArray(made.array);
     gl.GenBuffers(1, &made.vertices);
@@ -242,6 +244,31 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
     gl.meshes.push_back(made);
     gl.require_no_error("loading a mesh");
     return static_cast<int>(gl.meshes.size()) - 1;
+}
+
+void PathLengthRenderer::move(int mesh, const TriangleMesh& moved) {
+    Gl& gl = *gl_;
+    const auto use = gl.context.use();
+    Gl::Mesh& known = gl.meshes.at(static_cast<std::size_t>(mesh));
+    if (moved.vertices.size() != known.vertex_count || known.moves[0] || known.moves[1] || known.moves[2])
+        throw std::invalid_argument(std::to_string(known.vertex_count) + " vertices cannot move to " +
+                                    std::to_string(moved.vertices.size()) + " places");
+    std::vector<float> positions;
+    positions.reserve(moved.vertices.size() * 3);
+    for (const Vec3& v : moved.vertices) {
+        known.low = known.low.cwiseMin(v);
+        known.high = known.high.cwiseMax(v);
+        for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(v[k]));
+    }
+    double longest = 0.0;
+    for (const auto& t : moved.triangles)
+        for (int k = 0; k < 3; ++k)
+            longest = std::max(longest, (moved.vertices[t[k]] - moved.vertices[t[(k + 1) % 3]]).norm());
+    known.longest_edge = std::max(known.longest_edge, static_cast<float>(1.001 * longest + 1e-3));
+    gl.BindBuffer(GL_ARRAY_BUFFER, known.vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(positions.size() * sizeof(float)),
+                  positions.data(), GL_STATIC_DRAW);
+    gl.require_no_error("moving a mesh");
 }
 
 namespace {

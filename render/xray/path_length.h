@@ -49,6 +49,9 @@ public:
     /// [mm].
     int add(const geometry::TriangleMesh&, std::span<const Eigen::Vector3f> breath,
             std::span<const Eigen::Vector3f> beat, std::span<const Eigen::Vector3f> drift = {});
+    /// Moves the vertices of a mesh that has no displacements. Throws std::invalid_argument for another
+    /// number of them.
+    void move(int mesh, const geometry::TriangleMesh& moved);
     /// Shares of these displacements, 0 to 1.
     struct Phase {
         double breath = 0.0, beat = 0.0, drift = 0.0;

@@ -310,7 +310,7 @@ private:
             break_at(frame, fmt::format("at rest with a gradient of {:g}, and {:g} was reported", gradient,
                                         report.relax.gradient));
         for (const physics::WallContact& contact : after.contacts)
-            if (!(contact.penetration <= contact.room + 1))
+            if (!(contact.pressed_in() <= contact.room + 1))
                 return break_at(frame, fmt::format("a joint is {:g} mm in the wall of a vessel of {:g} mm",
                                                    contact.penetration, contact.room));
         // A random tube may cross itself, where its triangles have no inside.

@@ -11,9 +11,9 @@ namespace test {
 class AskAlways final : public physics::LumenWall {
 public:
     explicit AskAlways(const physics::LumenWall& wall) : wall_(wall) {}
-    void contacts(std::span<const geometry::Vec3> joints,
-                  std::span<physics::WallContact> contacts) const override {
-        wall_.contacts(joints, contacts);
+    void rigid_contacts(std::span<const geometry::Vec3> joints,
+                        std::span<physics::WallContact> contacts) const override {
+        wall_.rigid_contacts(joints, contacts);
         for (physics::WallContact& c : contacts) c.trust = 0;
     }
 

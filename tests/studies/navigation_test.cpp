@@ -40,7 +40,7 @@ void play(exercise::Simulation& simulation, std::uint32_t seed, int frames, Rest
         tally.bend = std::max(tally.bend, report.relax.largest_bend);
         if (!report.relax.converged()) continue;
         for (const physics::WallContact& c : simulation.contacts())
-            tally.deepest_at_rest = std::max(tally.deepest_at_rest, c.penetration);
+            tally.deepest_at_rest = std::max(tally.deepest_at_rest, c.pressed_in());
     }
 }
 
@@ -58,7 +58,7 @@ TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     EXPECT_LE(tally.late, 0.01 * tally.frames);  // bursts of 24 mm under a budget
     EXPECT_LE(tally.most_late_in_a_row, 4);
     EXPECT_LT(tally.bend, std::numbers::pi / 3);
-    EXPECT_LT(tally.deepest_at_rest, 0.1);  // 2 N at 20 N/mm
+    EXPECT_LT(tally.deepest_at_rest, 0.25);  // a tip wedged past an end: 1.25 N at 5 N/mm
     RecordProperty("frames", tally.frames);
     RecordProperty("under_way_at_their_end", tally.late);
     RecordProperty("most_late_in_a_row", tally.most_late_in_a_row);

@@ -89,10 +89,11 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
                 for (int i = 1; i <= wire.segments(); ++i) {
                     // Facets lie inside round vessels, and the smooth wall rounds their edges off.
                     constexpr double smoothing = 0.15;
-                    ASSERT_TRUE(anatomy::inside(simulation.anatomy(), wire.joints[i])) << device << " " << i;
-                    const double to_wall = mesh.distance(wire.joints[i]);
-                    ASSERT_GE(to_wall, radius_at(wire, contacts[i]) - std::max(contacts[i].penetration, 0.0) -
-                                           smoothing)
+                    const geometry::Vec3 in_vessel = wire.joints[i] - contacts[i].moved();
+                    ASSERT_TRUE(anatomy::inside(simulation.anatomy(), in_vessel)) << device << " " << i;
+                    const double to_wall = mesh.distance(in_vessel);
+                    ASSERT_GE(to_wall, radius_at(wire, contacts[i]) -
+                                           std::max(contacts[i].pressed_in(), 0.0) - smoothing)
                         << device << ", frame " << frame << ", joint " << i;
                 }
             }

@@ -18,7 +18,7 @@ std::filesystem::path catalogue() {
     return test::asset("devices");
 }
 
-Scenario parsed(const std::string& toml) {
+Scenario read_text(const std::string& toml) {
     return parse_scenario(toml, "s.toml", catalogue());
 }
 
@@ -58,11 +58,11 @@ TEST(Device, AnOldPresetIsRefusedWithTheLinesToWrite) {
             return test::small_toml_with("device = \"glide035\"\nfrictionless = true",
                                          key + " = \"" + name + "\"" + more);
         };
-        const std::string said = test::refusal([&] { parsed(text("preset", "")); });
+        const std::string said = test::refusal([&] { read_text(text("preset", "")); });
         test::expect_said(said, std::string("device = \"") + name + "\"");
         test::expect_said(said, "frictionless = true");
         test::expect_said(said, "torsion = \"rigid\" in [chain]");
-        const Scenario s = parsed(text("device", "\nfrictionless = true"));
+        const Scenario s = read_text(text("device", "\nfrictionless = true"));
         const Device device = load_device(find_device(name, catalogue()));
         EXPECT_EQ(s.wire().device.friction, 0) << name;
         EXPECT_EQ(s.wire().device.shaft_rigidity(), device.shaft_rigidity()) << name;
@@ -76,7 +76,7 @@ TEST(Device, AnOldPresetIsRefusedWithTheLinesToWrite) {
 TEST(Device, KeysOfTheChainAreRefusedInAWiresSection) {
     for (const char* line :
          {"segment_length_mm = 1", "adaptive = true", "curve_tolerance_mm = 0.1", "torsion = \"rigid\""})
-        test::expect_refusal([&] { parsed(test::small_toml_with("frictionless = true", line)); },
+        test::expect_refusal([&] { read_text(test::small_toml_with("frictionless = true", line)); },
                              "in [chain]");
 }
 
@@ -84,7 +84,7 @@ TEST(Device, DevicesLieInEachOtherInTheOrderOfTheirRoles) {
     const std::string three =
         "[[device]]\nname = \"catheter\"\ndevice = \"cobra5f\"\ninserted_mm = 5\nroll_deg = 90\n"
         "[microcatheter]\ndevice = \"berenstein4f\"\nouter_diameter_mm = 1.0\ninner_diameter_mm = 0.92\n";
-    const Scenario s = parsed(test::small_toml + three);
+    const Scenario s = read_text(test::small_toml + three);
     ASSERT_EQ(s.devices.size(), 3u);
     EXPECT_EQ(s.devices[0].name(), "wire");
     EXPECT_EQ(s.devices[1].name(), "microcatheter");
@@ -95,7 +95,7 @@ TEST(Device, DevicesLieInEachOtherInTheOrderOfTheirRoles) {
     EXPECT_EQ(s.index_of(script::Held::Catheter), 2);
     EXPECT_FALSE(s.index_of(script::Held::Sheath));
     const auto refused = [&](const std::string& more) {
-        return test::refusal([&] { parsed(test::small_toml + more); });
+        return test::refusal([&] { read_text(test::small_toml + more); });
     };
     test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\n" + three), "a second catheter");
     test::expect_said(refused("[[device]]\nname = \"probe\"\ndevice = \"cobra5f\"\n"), "microcatheter");
@@ -106,13 +106,13 @@ TEST(Device, DevicesLieInEachOtherInTheOrderOfTheirRoles) {
 }
 
 TEST(Device, AScenarioTakesAWireByNameAndOverrides) {
-    const Scenario s = parsed(test::small_toml_with("device = \"glide035\"\nfrictionless = true",
-                                                    "device = \"rosen035\"\nfriction = 0.2"));
+    const Scenario s = read_text(test::small_toml_with("device = \"glide035\"\nfrictionless = true",
+                                                       "device = \"rosen035\"\nfriction = 0.2"));
     EXPECT_EQ(s.wire().device.shaft_rigidity(), 377);
     EXPECT_EQ(s.wire().device.friction, 0.2);
     EXPECT_EQ(s.wire().device.length, 1800);
     const auto refused = [&](const std::string& words) {
-        return test::refusal([&] { parsed(test::small_toml_with("device = \"glide035\"", words)); });
+        return test::refusal([&] { read_text(test::small_toml_with("device = \"glide035\"", words)); });
     };
     test::expect_said(refused("device = \"rosen\""), "rosen035");
     test::expect_said(refused("device = \"rosen\""), "s.toml:13:10");

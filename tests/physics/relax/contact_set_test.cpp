@@ -141,7 +141,7 @@ namespace {
 /// A vessel along x, station 0, and one that leaves it at x = 20 along y, station 1. Each answers for itself.
 class TwoVessels final : public LumenWall {
 public:
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         for (std::size_t i = 0; i < joints.size(); ++i) {
             const bool side = contacts[i].station == 1;
             Vec3 from_axis = side ? Vec3(joints[i] - Vec3(20, 0, 0)) : joints[i];

@@ -27,7 +27,7 @@ RelaxReport to_equilibrium(Relaxer& relaxer, Chain& wire, const LumenWall& wall)
 struct TwoFields final : LumenWall {
     double jump;
     explicit TwoFields(double by) : jump(by) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         for (std::size_t i = 0; i < joints.size(); ++i) {
             WallContact& c = contacts[i];
             const double border = !c.held || c.station < 0 ? 0 : c.station == 0 ? 1 : -1;

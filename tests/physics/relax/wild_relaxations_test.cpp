@@ -54,7 +54,7 @@ namespace {
 class BrokenWall final : public LumenWall {
 public:
     BrokenWall(const TubeWall& tube, int way) : tube_(tube), way_(way) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         tube_.contacts(joints, contacts);
         const double none = std::numeric_limits<double>::quiet_NaN(),
                      endless = std::numeric_limits<double>::infinity();

@@ -33,7 +33,7 @@ Vec3 place(const OpenEnd& end, double out, double aside, double angle = 0.4) {
 }
 
 constexpr int first[] = {0};
-WallContact ask(const OpenEnd& end, const Vec3& x, double joint = 0) {
+WallContact ask_past(const OpenEnd& end, const Vec3& x, double joint = 0) {
     WallContact c;
     c.trust = 1e9;
     const PastEnd past(x, {&end, 1}, first, 0);
@@ -69,29 +69,29 @@ TEST(PastEnd, AnArteryIsARoundConeWithAClosedTip) {
     const double narrows = (2 - 0.3 - 0.1875) / 28;  // of the radius, over 14 radii
     for (const double out : {0.5, 3.0, 14.0, 28.0})
         for (const double aside : {0.5, 1.0, 2.0, 3.5})
-            EXPECT_NEAR(ask(end, place(end, out, aside), 0.18).penetration,
+            EXPECT_NEAR(ask_past(end, place(end, out, aside), 0.18).penetration,
                         aside - (2 - narrows * (out - 0.25)) + 0.18, 1e-9)
                 << out << " " << aside;
     // On the axis 0.3 mm are left where it is closed.
-    EXPECT_NEAR(ask(end, place(end, 28, 0)).penetration, -0.3, 0.02);
+    EXPECT_NEAR(ask_past(end, place(end, 28, 0)).penetration, -0.3, 0.02);
     for (const double radius : {0.18, 0.25, 0.45, 0.85}) {
-        const WallContact c = ask(end, place(end, 30, 0), radius);
+        const WallContact c = ask_past(end, place(end, 30, 0), radius);
         EXPECT_GT(c.penetration, 0.9) << radius;  // the tip of no wire goes two millimetres farther
         EXPECT_GT(c.normal.dot(end.outward_normal), 0.95) << radius;
     }
-    EXPECT_FALSE(ask(end, place(end, 27, 0), 0.18).touches());
+    EXPECT_FALSE(ask_past(end, place(end, 27, 0), 0.18).touches());
 }
 
 TEST(PastEnd, AnEndThatIsCutShortIsClosedByABall) {
     const OpenEnd end = end_of(Continuation::Artery, 6, 9);
-    EXPECT_FALSE(ask(end, place(end, 13, 0), 0.4).touches());
-    EXPECT_TRUE(ask(end, place(end, 15.5, 0), 0.4).touches());
+    EXPECT_FALSE(ask_past(end, place(end, 13, 0), 0.4).touches());
+    EXPECT_TRUE(ask_past(end, place(end, 15.5, 0), 0.4).touches());
 }
 
 TEST(PastEnd, TheRootHasThreeSinusesAndAHoleIntoTheVentricle) {
     const OpenEnd end = end_of(Continuation::Root, 15);
     const auto touches = [&](double out, double aside, double angle, double joint) {
-        return ask(end, place(end, out, aside, angle), joint).touches();
+        return ask_past(end, place(end, out, aside, angle), joint).touches();
     };
     constexpr double third = 2 * std::numbers::pi / 3;
     for (int k = 0; k < 3; ++k) {
@@ -115,12 +115,12 @@ TEST(PastEnd, TheRootHasThreeSinusesAndAHoleIntoTheVentricle) {
 
 TEST(PastEnd, ASheathHasItsBoreAndLength) {
     const OpenEnd end = end_of(Continuation::Sheath, 4);
-    EXPECT_TRUE(ask(end, place(end, 6, 3), 0.4).touches());
+    EXPECT_TRUE(ask_past(end, place(end, 6, 3), 0.4).touches());
     for (const double out : {1.0, 20.0, 109.0}) {
-        EXPECT_FALSE(ask(end, place(end, out, 0), 0.84).touches()) << out;
-        EXPECT_EQ(ask(end, place(end, out, 1.2), 0.445).touches(), out > 4) << out;
+        EXPECT_FALSE(ask_past(end, place(end, out, 0), 0.84).touches()) << out;
+        EXPECT_EQ(ask_past(end, place(end, out, 1.2), 0.445).touches(), out > 4) << out;
     }
-    EXPECT_TRUE(ask(end, place(end, 112, 0), 0.445).touches());
+    EXPECT_TRUE(ask_past(end, place(end, 112, 0), 0.445).touches());
 }
 
 TEST(PastEnd, IsOneTwiceDifferentiableFunctionOfSlopeOne) {
@@ -133,11 +133,11 @@ TEST(PastEnd, IsOneTwiceDifferentiableFunctionOfSlopeOne) {
             return most;
         }();
         all_over(end, 1, 4000, [&](const Vec3& x, auto&) {
-            const WallContact c = ask(end, x);
+            const WallContact c = ask_past(end, x);
             steepest = std::max(steepest, c.normal.norm());
             for (int d = 0; d < 3; ++d) {
                 const Vec3 step = h * Vec3::Unit(d);
-                const WallContact lower = ask(end, x - step), upper = ask(end, x + step);
+                const WallContact lower = ask_past(end, x - step), upper = ask_past(end, x + step);
                 EXPECT_NEAR((upper.penetration - lower.penetration) / (2 * h), c.normal[d], 1e-6);
                 EXPECT_LT(((upper.normal - lower.normal) / (2 * h) - c.curvature.col(d)).norm(),
                           1e-2 * std::max(1.0, c.curvature.norm()))
@@ -157,14 +157,14 @@ TEST(PastEnd, AJointTouchesNothingWithinItsTrust) {
         all_over(end, 2, 20000, [&](Vec3 x, std::mt19937& random) {
             if (random() % 4 == 0) x -= 2 * (x - end.centre).dot(end.outward_normal) * end.outward_normal;
             const double joint = 0.1 + 0.8 * unit(random);
-            const WallContact c = ask(end, x, joint);
+            const WallContact c = ask_past(end, x, joint);
             if (c.trust <= 0) return;
             ++asked;
             for (int k = 0; k < 4; ++k) {
                 const double far = k ? c.trust : c.trust * unit(random);
                 const Vec3 to = x + far * Vec3(bell(random), bell(random), bell(random)).normalized();
                 if ((to - end.centre).dot(end.outward_normal) <= 0) continue;  // the lumen's wall counts
-                EXPECT_LE(ask(end, to, joint).penetration, 1e-9) << (x - end.centre).transpose();
+                EXPECT_LE(ask_past(end, to, joint).penetration, 1e-9) << (x - end.centre).transpose();
             }
         });
         EXPECT_GT(asked, 100);
@@ -185,7 +185,7 @@ TEST(PastEnd, AWedgedJointHoldsWhatAConeOfItsAngleDoes) {
                 // On the axis the joint is wider by 3/8 of the core.
                 const double lumen = end_radius - std::tan(a) * (out - 0.125 * end_radius),
                              pen = (joint + 0.375 * core - lumen) * std::cos(a);
-                WallContact c = ask(end, place(end, out, 0), joint);
+                WallContact c = ask_past(end, place(end, out, 0), joint);
                 c.stiffness = stiffness;
                 EXPECT_EQ(c.touches(), pen > 0) << out;
                 if (!c.touches()) continue;

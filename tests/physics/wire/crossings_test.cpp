@@ -20,7 +20,7 @@ public:
     explicit Ridge(double half_angle) : sine_(std::sin(half_angle)), cosine_(std::cos(half_angle)) {}
 
     double penetration(const Vec3& x) const { return contact(x).penetration; }
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i]);
         asked += static_cast<int>(joints.size());
     }

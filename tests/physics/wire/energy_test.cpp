@@ -66,7 +66,7 @@ namespace {
 /// A flat wall, whose second-order energy (Eq. 9) has no remainder.
 class PlaneWall final : public LumenWall {
 public:
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         for (std::size_t i = 0; i < joints.size(); ++i) {
             contacts[i].normal = Vec3(0.6, 0, 0.8);
             contacts[i].penetration = contacts[i].normal.dot(joints[i]) - 4.0;

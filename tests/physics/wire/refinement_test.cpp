@@ -78,7 +78,7 @@ void expect_sound(const Chain& wire, const RefinementOptions& options = {}) {
 class RidgedFloor final : public LumenWall {
 public:
     explicit RidgedFloor(double at) : at_(at) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         for (std::size_t i = 0; i < joints.size(); ++i) {
             const double ridge = std::exp(-0.5 * std::pow(joints[i].x() - at_, 2));
             contacts[i].penetration = ridge - joints[i].y();

@@ -1,0 +1,64 @@
+#include "physics/relax/lagged_yields.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace physics {
+namespace {
+
+/// A joint's own give is at most so many times that of a row of equal forces: of one that bears little beside
+/// others that bear much.
+constexpr double softer = 3;
+
+double most_give(const Foundation& foundation, const Chain& chain, int joint, int station) {
+    return foundation.give_of_many(station, chain.length_of(joint));
+}
+
+double least_give(const Foundation& foundation, const Chain& chain, int joint, int station) {
+    return std::min(foundation.give(station), most_give(foundation, chain, joint, station));
+}
+
+}  // namespace
+
+void LaggedYields::prepare(Chain& chain, const Foundation& foundation) {
+    assert(chain.grips.size() == chain.joints.size());
+    for (std::size_t j = 1; j < chain.grips.size(); ++j)
+        if (double& give = chain.grips[j].yield.give; give == 0)
+            give = least_give(foundation, chain, static_cast<int>(j), chain.stations[j]);
+}
+
+double LaggedYields::measure(const Chain& chain, std::span<const WallContact> contacts,
+                             const Foundation& foundation) {
+    assert(contacts.size() == chain.joints.size());
+    std::vector<Foundation::Load> loads;
+    for (std::size_t j = 1; j < contacts.size(); ++j)
+        if (contacts[j].touches())
+            loads.push_back({contacts[j].station, chain.joints[j] - contacts[j].moved(), contacts[j].push()});
+    const Foundation::Displacement displacement = foundation.displacement(loads);
+    gives_.assign(contacts.size(), 0.0);
+    double farthest = 0, missed = 0;
+    for (std::size_t j = 1; j < contacts.size(); ++j) {
+        const WallContact& c = contacts[j];
+        const int joint = static_cast<int>(j);
+        double& give = gives_[j] = least_give(foundation, chain, joint, c.station);
+        if (!c.touches() || foundation.springs_alone(c.station)) continue;
+        const Vec3 push = c.push(),
+                   moved = foundation.at(displacement, c.station, chain.joints[j] - c.moved());
+        give = std::clamp(moved.dot(push) / push.squaredNorm(), give,
+                          softer * most_give(foundation, chain, joint, c.station));
+        const double force = push.norm();
+        farthest = std::max(farthest, give * force);
+        missed = std::max(missed, std::abs(give - chain.grips[j].yield.give) * force);
+    }
+    return missed / (options_.yield_tolerance * farthest + options_.least_way);
+}
+
+void LaggedYields::take(Chain& chain, double part) const {
+    assert(gives_.size() == chain.grips.size());
+    for (std::size_t j = 1; j < gives_.size(); ++j) {
+        double& give = chain.grips[j].yield.give;
+        give += part * (gives_[j] - give);
+    }
+}
+
+}  // namespace physics
