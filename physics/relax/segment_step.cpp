@@ -263,8 +263,9 @@ double largest_share(const Vec3& u, const Vec3& v, double limit) {
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
     const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
     const double phi = 2 * std::asin(0.5 * limit);
-    const double share = std::sin(phi) / (std::sin(phi) + std::sin(theta - phi));
-    assert(share > 0 && share <= 1);
+    // Of a turn that is at the limit but for rounding, all.
+    const double share = std::min(1.0, std::sin(phi) / (std::sin(phi) + std::sin(theta - phi)));
+    assert(share > 0);
     return share;
 }
 

@@ -129,7 +129,8 @@ TEST(PastEnd, IsOneTwiceDifferentiableFunctionOfSlopeOne) {
         double steepest = 0;
         const double narrows = [&] {
             double most = 0;
-            for (const RoundCone& cone : cones_past(end).all()) most = std::max(most, cone.narrows);
+            const RoundCones cones = cones_past(end);
+            for (const RoundCone& cone : cones.all()) most = std::max(most, cone.narrows);
             return most;
         }();
         all_over(end, 1, 4000, [&](const Vec3& x, auto&) {
