@@ -21,7 +21,7 @@ double least_give(const Foundation& foundation, const Chain& chain, int joint, i
 }  // namespace
 
 void LaggedYields::prepare(Chain& chain, const Foundation& foundation) {
-    assert(chain.grips.size() == chain.joints.size());
+    assert(chain.grips.empty() || chain.grips.size() == chain.joints.size());
     for (std::size_t j = 1; j < chain.grips.size(); ++j)
         if (double& give = chain.grips[j].yield.give; give == 0)
             give = least_give(foundation, chain, static_cast<int>(j), chain.stations[j]);

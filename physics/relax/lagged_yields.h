@@ -16,7 +16,8 @@ class LaggedYields {
 public:
     explicit LaggedYields(const LagOptions& options) : options_(options) {}
 
-    /// Vessels give way to joints that have not touched them yet as to single forces.
+    /// Vessels give way to joints that have not touched them yet as to single forces; a chain without grips
+    /// has vessels that stay.
     static void prepare(Chain&, const Foundation&);
     /// How far the vessels have yet to go at a rest, as a multiple of what is tolerated; take() makes them.
     double measure(const Chain&, std::span<const WallContact>, const Foundation&);
