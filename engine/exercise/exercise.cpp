@@ -124,10 +124,8 @@ std::uint64_t Exercise::fingerprint() const {
     geometry::Vec3 target = simulation_.target();
     std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(),
                   images = pictures_ == Pictures::Dose ? 2 : monitor_.has_value();
-    for (scenario::PlacedDevice& placed : s.devices) {
-        hash(placed.role, placed.device, placed.inserted, placed.roll);
-        hash.added(!placed.pinned, placed.pinned);
-    }
+    for (scenario::PlacedDevice& placed : s.devices)
+        hash(placed.role, placed.device, placed.inserted, placed.roll, placed.pinned);
     hash(s.name, s.seed, s.frame_rate, s.segment_length, s.wall_model, s.wall_stiffness, s.torsion,
          s.wall_friction, s.entry.end, s.entry.sheath, s.entry.sheath_length, s.relaxer.kind,
          s.relaxer.tolerance, s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold,

@@ -341,18 +341,14 @@ Vec3 Simulation::vessel_shift() const {
 
 double Simulation::farthest_vessel_move() const {
     double farthest = 0;
-    for (const physics::WallContact& c : contacts_)
-        if (c.touches()) farthest = std::max(farthest, c.moved().norm());
+    for (const physics::WallContact& c : contacts_) farthest = std::max(farthest, c.given.norm());
     return farthest;
 }
 
 /// Of the vessels under the forces of the wire shown; empty where they do not move.
 std::optional<physics::Foundation::Displacement> Simulation::displacement() const {
     if (!wall_->foundation()) return {};
-    std::vector<physics::Foundation::Load> loads;
-    for (std::size_t j = 1; j < contacts_.size(); ++j)
-        if (const physics::WallContact& c = contacts_[j]; c.touches())
-            loads.push_back({c.station, wire_.joints[j] - c.moved(), c.push()});
+    const std::vector<physics::Foundation::Load> loads = physics::vessel_loads(wire_, contacts_);
     if (loads.empty()) return {};
     return wall_->foundation()->displacement(loads);
 }
@@ -640,8 +636,7 @@ void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
-      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_);
-    s.added(drags_ != physics::DragSearch(), drags_);
+      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

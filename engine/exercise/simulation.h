@@ -188,10 +188,7 @@ private:
         bool removes = false;  // the device, whatever is inside
         std::string exchange;  // for this wire
         bool dragged = false;  // by friction, and by no hand
-        void state(geometry::StateStream& s) {
-            s(insertion, rotation, device, removes, exchange);
-            s.added(dragged, dragged);
-        }
+        void state(geometry::StateStream& s) { s(insertion, rotation, device, removes, exchange, dragged); }
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;

@@ -333,7 +333,7 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
         const double radius = wire.inner_radius() + wire.thickness[i];
         // In the vessel as it has made way.
         const double more =
-            lumen_.outside_by(wire.joints[i] - c.moved(), radius) + radius - std::max(c.pressed_in(), 0.0);
+            lumen_.outside_by(wire.joints[i] - c.given, radius) + radius - std::max(c.pressed_in(), 0.0);
         if (more > smoothing) {
             ++tally.beyond_force;
             if (more > excess) excess = more, worst = i;

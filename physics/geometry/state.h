@@ -55,12 +55,6 @@ public:
     void beside(Fields&... fields) {
         if (!hashes()) (field(fields), ...);
     }
-    /// Fields that came later: no part of the hash while they are not used, so that what does not use them
-    /// keeps the hashes of its recordings.
-    template <class... Fields>
-    void added(bool used, Fields&... fields) {
-        if (used || !hashes()) (field(fields), ...);
-    }
     /// Whether fields are read back.
     virtual bool restores() const { return false; }
 

@@ -28,7 +28,7 @@ void ContactSet::update(const Chain& wire) {
         const Vec3& x = wire.joints[i];
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
                            shares_[i] == contacts_[i].share && thickness_[i] == contacts_[i].thickness &&
-                           yields_[i] == contacts_[i].yield;
+                           gives_[i] == contacts_[i].give;
         if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
     }
     ask();
@@ -43,10 +43,10 @@ void ContactSet::refit(const Chain& wire) {
     assert(wire.thickness.size() == wire.joints.size());
     thickness_ = wire.thickness;
     shares_.resize(wire.joints.size());
-    yields_.resize(wire.joints.size());
+    gives_.resize(wire.joints.size());
     for (int i = 1; i <= wire.segments(); ++i) {
         shares_[i] = wire.wall_share(i);
-        yields_[i] = wire.yield_at(i);
+        gives_[i] = wire.give_at(i);
     }
 }
 
@@ -167,7 +167,7 @@ WallContact ContactSet::question(int joint, int station) const {
     c.station = station;
     c.thickness = thickness_[joint];
     c.share = shares_[joint];
-    c.yield = yields_[joint];
+    c.give = gives_[joint];
     c.given = contacts_[joint].given;
     return c;
 }

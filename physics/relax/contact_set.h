@@ -49,7 +49,7 @@ struct Held {
 
 /// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
 /// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
-/// costs no second query. A contact has the joint's share of the wall, Chain::wall_share, and its yield.
+/// costs no second query. A contact has the joint's share of the wall, Chain::wall_share, and its give.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
@@ -59,7 +59,7 @@ public:
     /// are trusted to touch nothing. Takes up the wire's load as well.
     void update(const Chain&);
 
-    /// Takes up thickness, lengths and yields of a chain that has been fed but not moved: the next questions
+    /// Takes up thickness, lengths and gives of a chain that has been fed but not moved: the next questions
     /// are asked with them.
     void refit(const Chain&);
 
@@ -109,7 +109,7 @@ public:
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
     void state(StateStream& s) {
-        s(contacts_, shares_, thickness_, yields_, asked_at_, touching_, load_, queries_, held_);
+        s(contacts_, shares_, thickness_, gives_, asked_at_, touching_, load_, queries_, held_);
         if (s.restores()) sums_.clear();
     }
 
@@ -121,7 +121,7 @@ private:
     void sum_pushes() const;
     bool known(int joint, const Vec3& x) const {
         const WallContact& c = contacts_[joint];
-        return !c.touches() && c.thickness == thickness_[joint] && c.yield.shift == yields_[joint].shift &&
+        return !c.touches() && c.thickness == thickness_[joint] &&
                (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
     }
     void begin();  // a round of questions: add them, then ask them at once
@@ -130,10 +130,8 @@ private:
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
-    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and how its vessel
-    // makes way.
-    std::vector<double> shares_, thickness_;
-    std::vector<Yield> yields_;
+    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and give [mm/N].
+    std::vector<double> shares_, thickness_, gives_;
     std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending

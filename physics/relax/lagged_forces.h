@@ -29,10 +29,7 @@ public:
     /// has gone into friction.
     void close(Chain&, std::span<const WallContact>);
 
-    void state(StateStream& s) {
-        s(rounds_, changes_);
-        s.added(snaps_, snaps_, ledger_);
-    }
+    void state(StateStream& s) { s(rounds_, changes_, snaps_, ledger_); }
 
 private:
     bool stalls(double change) const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "physics/wire/energy.h"
+
 namespace physics {
 namespace {
 
@@ -23,18 +25,14 @@ double least_give(const Foundation& foundation, const Chain& chain, int joint, i
 void LaggedYields::prepare(Chain& chain, const Foundation& foundation) {
     assert(chain.grips.empty() || chain.grips.size() == chain.joints.size());
     for (std::size_t j = 1; j < chain.grips.size(); ++j)
-        if (double& give = chain.grips[j].yield.give; give == 0)
+        if (double& give = chain.grips[j].give; give == 0)
             give = least_give(foundation, chain, static_cast<int>(j), chain.stations[j]);
 }
 
 double LaggedYields::measure(const Chain& chain, std::span<const WallContact> contacts,
                              const Foundation& foundation) {
     assert(contacts.size() == chain.joints.size());
-    std::vector<Foundation::Load> loads;
-    for (std::size_t j = 1; j < contacts.size(); ++j)
-        if (contacts[j].touches())
-            loads.push_back({contacts[j].station, chain.joints[j] - contacts[j].moved(), contacts[j].push()});
-    const Foundation::Displacement displacement = foundation.displacement(loads);
+    const Foundation::Displacement displacement = foundation.displacement(vessel_loads(chain, contacts));
     gives_.assign(contacts.size(), 0.0);
     double farthest = 0, missed = 0;
     for (std::size_t j = 1; j < contacts.size(); ++j) {
@@ -42,13 +40,12 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
         const int joint = static_cast<int>(j);
         double& give = gives_[j] = least_give(foundation, chain, joint, c.station);
         if (!c.touches() || foundation.springs_alone(c.station)) continue;
-        const Vec3 push = c.push(),
-                   moved = foundation.at(displacement, c.station, chain.joints[j] - c.moved());
+        const Vec3 push = c.push(), moved = foundation.at(displacement, c.station, chain.joints[j] - c.given);
         give = std::clamp(moved.dot(push) / push.squaredNorm(), give,
                           softer * most_give(foundation, chain, joint, c.station));
         const double force = push.norm();
         farthest = std::max(farthest, give * force);
-        missed = std::max(missed, std::abs(give - chain.grips[j].yield.give) * force);
+        missed = std::max(missed, std::abs(give - chain.grips[j].give) * force);
     }
     return missed / (options_.yield_tolerance * farthest + options_.least_way);
 }
@@ -56,7 +53,7 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
 void LaggedYields::take(Chain& chain, double part) const {
     assert(gives_.size() == chain.grips.size());
     for (std::size_t j = 1; j < gives_.size(); ++j) {
-        double& give = chain.grips[j].yield.give;
+        double& give = chain.grips[j].give;
         give += part * (gives_[j] - give);
     }
 }

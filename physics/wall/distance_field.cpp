@@ -94,6 +94,7 @@ struct DistanceField::Data {
     WallStiffness stiffness;
     double wire_radius;
     std::uint64_t fingerprint;
+    std::vector<ContinuedEnd> ends = continued_ends(tree.ends());
 
     WallContact contact(const Vec3& x, const WallContact& asked) const;
     void ask_grid(const Vec3& x, WallContact&) const;
@@ -157,7 +158,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         asked.held ? tree.locate_within(x, asked.station, sheets.sheet_of) : tree.locate(x, asked.station);
     c.held = asked.held && asked.station >= 0 && sheets.sheet_of[c.station] == sheets.sheet_of[asked.station];
     c.stiffness = stiffness.mean();
-    const PastEnd past(x, tree.ends(), tree.ends_at(c.station), spacing);
+    const PastEnd past(x, ends, tree.ends_at(c.station), spacing);
     const double joint = wire_radius + c.thickness;
     if (past.inside()) {
         ask_grid(x, c);

@@ -183,10 +183,6 @@ Vec3 Foundation::at(const Displacement& of, int station, const Vec3& x) const {
     return sum;
 }
 
-Vec3 Foundation::at_station(const Displacement& of, int station) const {
-    return at(of, station, data_->tree.stations()[data_->modelled(station)].centre);
-}
-
 double Foundation::give(int station) const {
     const Station& s = data_->tree.stations()[data_->modelled(station)];
     const Tissue& tissue = data_->tissues[s.branch];

@@ -46,7 +46,6 @@ public:
     Displacement displacement(std::span<const Load>) const;
     /// Of the vessel at a place near its station [mm].
     Vec3 at(const Displacement&, int station, const Vec3& place) const;
-    Vec3 at_station(const Displacement&, int station) const;
     /// Way that one force moves a long vessel of the radius there by, per force [mm/N].
     double give(int station) const;
     /// The same of forces that all joints bear alike, each for `length` of the vessel: 1/(k_f · length).

@@ -24,6 +24,7 @@ struct MeshWall::Scene {
     WallStiffness stiffness;
     double wire_radius;
     EmbreeMesh embree;
+    std::vector<ContinuedEnd> ends = continued_ends(tree.ends());
 
     Scene(const TriangleMesh& lumen, CentrelineTree centrelines, WallStiffness k, double radius)
         : mesh(lumen),
@@ -60,7 +61,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) 
     c.room = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
-    const PastEnd past(x, tree.ends(), tree.ends_at(c.station), 0);
+    const PastEnd past(x, ends, tree.ends_at(c.station), 0);
     if (!past.inside()) {
         past.apply(x, joint, joint, c);
         return c;

@@ -37,10 +37,6 @@ struct Way {
     }
 };
 
-}  // namespace
-
-namespace {
-
 /// The cone whose joint on the axis has this radius to go.
 RoundCone open_to(double radius, double core) {
     RoundCone cone;
@@ -113,17 +109,23 @@ RoundCones cones_past(const OpenEnd& end) {
     return cones;
 }
 
-PastEnd::PastEnd(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> at, double spacing) {
+std::vector<ContinuedEnd> continued_ends(std::span<const OpenEnd> ends) {
+    std::vector<ContinuedEnd> all;
+    for (const OpenEnd& end : ends) all.push_back({end, cones_past(end)});
+    return all;
+}
+
+PastEnd::PastEnd(const Vec3& x, std::span<const ContinuedEnd> ends, std::span<const int> at, double spacing) {
     for (const int e : at) {
-        const double t = (x - ends[e].centre).dot(ends[e].outward_normal);
+        const double t = (x - ends[e].end.centre).dot(ends[e].end.outward_normal);
         if (t <= past_) continue;
         past_ = t;
         end_ = &ends[e];
     }
     if (!end_) return;
     constexpr double at_once = 1e-9;  // [mm]
-    const double share = end_->goes_on == Continuation::Root ? passing_root : passing_share;
-    passing_ = spacing > 0 ? share * end_->radius : at_once;
+    const double share = end_->end.goes_on == Continuation::Root ? passing_root : passing_share;
+    passing_ = spacing > 0 ? share * end_->end.radius : at_once;
     const double length = std::max(turn * spacing, at_once);
     const SmoothStep step(past_ / length);
     kept_ = std::min(past_, length) - length * step.integral;
@@ -134,7 +136,7 @@ PastEnd::PastEnd(const Vec3& x, std::span<const OpenEnd> ends, std::span<const i
 /// Chain rule of x ↦ seen_at(x), and of the depth ending smoothly where it is not known.
 void PastEnd::flatten(double known, WallContact& c) const {
     assert(known > 0);
-    const Vec3& out = end_->outward_normal;
+    const Vec3& out = end_->end.outward_normal;
     const Way depth(c.penetration + known, known);
     c.penetration = depth.value - 0.5 * known;
     c.curvature = depth.slope * c.curvature + depth.curve * c.normal * c.normal.transpose();
@@ -146,12 +148,12 @@ void PastEnd::flatten(double known, WallContact& c) const {
 }
 
 PastEnd::Depth PastEnd::depth(const Vec3& x) const {
-    const Vec3& out = end_->outward_normal;
+    const Vec3& out = end_->end.outward_normal;
     const Mat3 along = out * out.transpose();
-    const Vec3 beside = x - end_->centre - past_ * out;
+    const Vec3 beside = x - end_->end.centre - past_ * out;
     const auto of = [&](const RoundCone& cone) {
         const Way ahead(past_ - cone.last, closes_over), back(cone.first - past_, closes_over),
-            way(past_ - cone.starts, starts_over * end_->radius);
+            way(past_ - cone.starts, starts_over * end_->end.radius);
         const Vec3 w = beside - cone.aside + (ahead.value * ahead.slope - back.value * back.slope) * out;
         const double curve_of_w = ahead.slope * ahead.slope + ahead.value * ahead.curve +
                                   back.slope * back.slope + back.value * back.curve;
@@ -171,7 +173,7 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
         d.steepest = 1 + cone.narrows;
         return d;
     };
-    const RoundCones cones = cones_past(*end_);
+    const RoundCones& cones = end_->cones;
     if (cones.count == 1) return of(cones.cones[0]);
     std::array<Depth, RoundCones::most> depths;
     const auto all = std::span(depths).first(cones.count);
@@ -193,7 +195,7 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
 
 void PastEnd::apply(const Vec3& x, double joint, double known, WallContact& c) const {
     assert(!inside());
-    const Vec3& out = end_->outward_normal;
+    const Vec3& out = end_->end.outward_normal;
     const Depth round = depth(x);
     const double round_value = round.value + joint, round_trust = -round_value / round.steepest;
     if (alone()) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "physics/geometry/centreline_tree.h"
 #include "physics/wall/wall.h"
@@ -44,6 +45,13 @@ struct RoundCones {
 };
 RoundCones cones_past(const OpenEnd&);
 
+/// An end with what lies past it.
+struct ContinuedEnd {
+    OpenEnd end;
+    RoundCones cones;
+};
+std::vector<ContinuedEnd> continued_ends(std::span<const OpenEnd>);
+
 /// Past the plane of an open end the wall passes, over one radius (in an aorta's root a third of that), from
 /// the lumen's own section to that of cones_past(). Several cones are one vessel, d = −h ln Σ exp(−dᵢ/h). The
 /// way past the plane and past the last place of a cone starts smoothly, so that energy and force have no
@@ -62,13 +70,13 @@ public:
 
     /// `at`: indices of the ends that x may lie past; `spacing` of the field that knows the lumen's section,
     /// 0 for a wall that has none [mm].
-    PastEnd(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> at, double spacing);
+    PastEnd(const Vec3& x, std::span<const ContinuedEnd> ends, std::span<const int> at, double spacing);
 
     bool inside() const { return past_ <= 0; }
     /// Whether the lumen's own section no longer counts.
     bool alone() const { return past_ >= passing_; }
     /// The place in the lumen's field whose wall counts for x.
-    Vec3 seen_at(const Vec3& x) const { return x - (past_ - kept_) * end_->outward_normal; }
+    Vec3 seen_at(const Vec3& x) const { return x - (past_ - kept_) * end_->end.outward_normal; }
     /// Turns the contact of seen_at(x), for a joint of this radius, into that of x. `known`: depth of the
     /// joint inside the lumen to which that contact has a normal [mm].
     void apply(const Vec3& x, double joint, double known, WallContact&) const;
@@ -85,7 +93,7 @@ private:
     Depth depth(const Vec3& x) const;
     void flatten(double known, WallContact&) const;
 
-    const OpenEnd* end_ = nullptr;             // the one that x is farthest past, or nearest to
+    const ContinuedEnd* end_ = nullptr;        // the one that x is farthest past, or nearest to
     double past_ = -1e9;                       // its plane [mm]
     double passing_ = 1;                       // way over which the lumen's section becomes round [mm]
     double kept_ = 0, slope_ = 1, curve_ = 0;  // of `past_` in the field, and its derivatives

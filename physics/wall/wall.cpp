@@ -23,6 +23,15 @@ void require_finite(std::span<const Vec3> joints) {
     }
 }
 
+/// What the vessel where it was says to a joint at that place, asked with what the other was asked with.
+WallContact LumenWall::rigid_contact(const Vec3& at, int station, const WallContact& asked) const {
+    WallContact c;
+    c.station = station, c.thickness = asked.thickness, c.held = asked.held;
+    rigid_contacts({&at, 1}, {&c, 1});
+    c.share = asked.share, c.give = asked.give;
+    return c;
+}
+
 /// Newton's method for the place y at which the vessel makes way for a joint at x, from a place near it; its
 /// contact is `at`. False where it leads out of the wall's reach, or inside the lumen: then the joint does
 /// not touch, or has to be asked for where it is.
@@ -30,7 +39,7 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
     constexpr int most_steps = 30;
     constexpr double longest = 0.5, exact = 1e-12, near = 1e-6;  // of a step [mm]
     const WallContact asked = at;
-    const double give = asked.yield.give, support = 1 / give;
+    const double give = asked.give, support = 1 / give;
     Mat3 of_wall;  // its Hessian at y
     for (int step = 0;; ++step) {
         if (at.normal.isZero(0)) return false;
@@ -52,10 +61,7 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
         }
         if (size > longest) by *= longest / size;
         y += by;
-        WallContact next;
-        next.station = at.station, next.thickness = asked.thickness, next.held = asked.held;
-        rigid_contacts({&y, 1}, {&next, 1});
-        at = next;
+        at = rigid_contact(y, at.station, asked);
     }
     if (!at.touches()) return false;
     const double k = asked.share * at.stiffness, in_series = 1 / (1 / k + give);
@@ -70,36 +76,29 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
     at.curvature = (second - in_series * at.normal * at.normal.transpose()) / force;
     at.stiffness = in_series;
     at.stiffening.setZero();
-    at.share = asked.share, at.yield = asked.yield, at.given = give * push;
+    at.share = asked.share, at.give = asked.give, at.given = give * push;
     return true;
 }
 
-/// The contact of one joint, whose vessel has been moved by the shift, where it makes way.
+/// The contact of one joint where its vessel makes way.
 WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
-    const auto ask = [&](const Vec3& y, int station) {
-        WallContact c;
-        c.station = station, c.thickness = asked.thickness, c.held = asked.held;
-        rigid_contacts({&y, 1}, {&c, 1});
-        c.share = asked.share, c.yield = asked.yield;
-        return c;
-    };
-    if (!asked.given.isZero(0) && asked.yield.give > 0) {
+    if (!asked.given.isZero(0)) {
         const Vec3 y = x - asked.given;
-        WallContact c = ask(y, asked.station);
+        WallContact c = rigid_contact(y, asked.station, asked);
         if (made_way(x, c, y)) return c;
     }
-    WallContact c = ask(x, asked.station);
-    if (c.touches() && asked.yield.give > 0) {
+    WallContact c = rigid_contact(x, asked.station, asked);
+    if (c.touches()) {
         const double k = asked.share * c.stiffness, slope = c.normal.squaredNorm();
-        const double way = asked.yield.give * k * c.penetration / (1 + asked.yield.give * k * slope);
+        const double way = asked.give * k * c.penetration / (1 + asked.give * k * slope);
         const Vec3 y = x - way * c.normal;
-        WallContact there = ask(y, c.station);
+        WallContact there = rigid_contact(y, c.station, asked);
         if (made_way(x, there, y)) return there;
     }
     c.soften(asked.share);
-    if (c.touches() && asked.yield.give > 0) {  // along the normal that the wall has for it
-        c.stiffness = 1 / (1 / c.stiffness + asked.yield.give);
-        c.given = asked.yield.give * c.force() * c.normal;
+    if (c.touches()) {  // along the normal that the wall has for it
+        c.stiffness = 1 / (1 / c.stiffness + asked.give);
+        c.given = asked.give * c.force() * c.normal;
     }
     return c;
 }
@@ -108,10 +107,10 @@ void LumenWall::contacts(std::span<const Vec3> joints, std::span<WallContact> co
     assert(joints.size() == contacts.size());
     // A run of joints whose vessels stay where they are is asked for at once.
     thread_local std::vector<double> shares;
-    const auto stays = [](const WallContact& c) { return c.yield == Yield{}; };
+    const auto stays = [](const WallContact& c) { return c.give == 0; };
     for (std::size_t i = 0; i < joints.size();) {
         if (!stays(contacts[i])) {
-            contacts[i] = yielding(joints[i] - contacts[i].yield.shift, contacts[i]);
+            contacts[i] = yielding(joints[i], contacts[i]);
             ++i;
             continue;
         }

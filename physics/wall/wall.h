@@ -13,19 +13,9 @@ using namespace geometry;
 
 class Foundation;
 
-/// How a vessel makes way at a joint, held while a rest is sought: it has moved by `shift`, and moves on by
-/// `give` for each newton of the joint's force, against its direction. Foundation has both.
-struct Yield {
-    double give = 0;            // ≥ 0; 0 = the vessel stays where it is [mm/N]
-    Vec3 shift = Vec3::Zero();  // [mm]
-
-    bool operator==(const Yield&) const = default;
-    void state(StateStream& s) { s(give, shift); }
-};
-
 struct WallContact {
-    double penetration = 0;      // of the wire's surface through the wall of the vessel as `yield.shift` has
-                                 // moved it, > 0 outside the lumen [mm]
+    double penetration = 0;      // of the wire's surface through the wall where it was before it made way,
+                                 // > 0 outside the lumen [mm]
     Vec3 normal = Vec3::Zero();  // ∇ of penetration: points out of the lumen, of unit length except where
                                  // DistanceField's spline is only nearly a distance; zero out of reach
     Mat3 curvature = Mat3::Zero();   // ∇² of penetration; zero for a wall of planes [1/mm]
@@ -35,11 +25,11 @@ struct WallContact {
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
     int station = -1;  // where along the vessel the joint is; pass it back with the next query
     // Asked with the query:
-    double thickness = 0;  // of the joint beyond the radius that the wall knows [mm]
-    double share = 1;      // of the wall's stiffness for a joint of the spec's λ [-]
-    Yield yield = {};
-    Vec3 given = Vec3::Zero();  // how far the vessel has made way, beyond the shift; pass it back with the
-                                // next query, which is answered sooner for it [mm]
+    double thickness = 0;       // of the joint beyond the radius that the wall knows [mm]
+    double share = 1;           // of the wall's stiffness for a joint of the spec's λ [-]
+    double give = 0;            // way of the vessel for each newton of the joint; 0 = it stays [mm/N]
+    Vec3 given = Vec3::Zero();  // how far the vessel has made way; pass it back with the next query, which is
+                                // answered sooner for it [mm]
     bool held = false;  // asked with the query: near the border of two vessels, stay with the station's;
                         // false in the answer where the joint is too far past it
 
@@ -48,21 +38,17 @@ struct WallContact {
     double energy() const { return 0.5 * force() * penetration; }  // Eq. 9 [N·mm], if it touches
     /// What of it is in the wall, and not in the tissue that makes way [N·mm].
     double wall_energy() const { return 0.5 * force() * pressed_in(); }
-    /// With what the tissue has taken up of this force while the vessel was shifted [N·mm].
-    double whole_energy() const { return energy() + 0.5 * push().dot(yield.shift); }
     /// ∇ of the energy [N]: Eq. 11, and the term of a stiffness that changes along the vessel.
     Vec3 push() const { return force() * normal + stiffening_push(); }
     Vec3 stiffening_push() const {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
     }
     void state(StateStream& s) {
-        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share,
-          yield, given);
+        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share, give,
+          given);
     }
     /// How deep the joint is in the wall of the vessel as it has made way [mm].
     double pressed_in() const { return penetration - given.norm(); }
-    /// How far the vessel has moved at the joint [mm].
-    Vec3 moved() const { return yield.shift + given; }
     void soften(double by) { stiffness *= by, stiffening *= by; }
 };
 
@@ -84,7 +70,7 @@ public:
     /// and what is asked with the query is as it is wanted. Throws std::logic_error for a position that is
     /// not finite.
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const;
-    /// The same of vessels that stay where they are: share and yield do not count.
+    /// The same of vessels that stay where they are: share and give do not count.
     virtual void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
     /// What the vessels lie in; none where they do not move.
     const Foundation* foundation() const { return foundation_.get(); }
@@ -97,6 +83,7 @@ public:
     virtual bool smooth() const { return true; }
 
 private:
+    WallContact rigid_contact(const Vec3& at, int station, const WallContact& asked) const;
     WallContact yielding(const Vec3& x, const WallContact& asked) const;
     bool made_way(const Vec3& x, WallContact& at, Vec3 y) const;
 

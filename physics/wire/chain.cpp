@@ -273,8 +273,7 @@ int first_fed(const Chain& chain, int which) {
 
 void Chain::state(StateStream& s) {
     s(grid, devices, joints, tangents, lengths, stations, base_director, load, leading, tip_segments, carried,
-      grips, friction_loss);
-    s.added(!rubs.empty(), rubs, rub_loss);
+      grips, friction_loss, rubs, rub_loss);
     if (!s.restores() || joints.empty()) return;
     assign(*this);
     assert(validate(*this).empty());
@@ -604,8 +603,7 @@ void split_segment(Chain& chain, int i, double share) {
         Grip grip;
         const Grip &a = chain.grips[i - 1], &b = chain.grips[i];
         grip.anchor = a.anchor + share * (b.anchor - a.anchor);
-        grip.yield.give = a.yield.give + share * (b.yield.give - a.yield.give);
-        grip.yield.shift = a.yield.shift + share * (b.yield.shift - a.yield.shift);
+        grip.give = a.give + share * (b.give - a.give);
         grip.rested = std::min(a.rested, b.rested);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }

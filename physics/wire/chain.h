@@ -101,8 +101,8 @@ struct Chain {
     int outermost(double s) const;
     /// On the wall.
     bool has_friction() const;
-    /// How the vessel makes way at the joint.
-    Yield yield_at(int joint) const { return grips.empty() ? Yield{} : grips[joint].yield; }
+    /// How far the vessel makes way at the joint for each newton [mm/N].
+    double give_at(int joint) const { return grips.empty() ? 0.0 : grips[joint].give; }
     /// Whether what has lain still is held by more than what slides.
     bool sticks() const;
     /// Whether a joint was put between two that lie λ apart.

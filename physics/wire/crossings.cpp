@@ -57,11 +57,10 @@ double peak(const Bound& a, const Bound& b, double length) {
     return highest;
 }
 
-/// The contact with a vessel that has made way and now stays there.
+/// The contact with a vessel that has made way, by `given`, and now stays there.
 WallContact where_it_is(WallContact c) {
     c.penetration = c.pressed_in();
-    c.yield = {0, c.moved()};
-    c.given.setZero();
+    c.give = 0;
     return c;
 }
 
@@ -73,7 +72,7 @@ public:
     std::optional<Crossing> run(const WallContact& at_from, const WallContact& at_to, double tolerance) {
         assert(length_ > 0 && tolerance >= 0);
         const double ends = std::max({0.0, at_from.penetration, at_to.penetration});
-        assert(at_from.yield.give == 0 && at_to.yield.give == 0);
+        assert(at_from.give == 0 && at_to.give == 0);
         limit_ = ends + tolerance;
         look_between({0, at_from}, {length_, at_to});
         if (deepest_at_ < 0) return std::nullopt;
@@ -100,9 +99,9 @@ private:
         Probe middle{0.5 * (a.at + b.at), {}};
         middle.contact.station = a.contact.station;
         middle.contact.thickness = std::min(a.contact.thickness, b.contact.thickness);
-        middle.contact.yield.shift = 0.5 * (a.contact.yield.shift + b.contact.yield.shift);
-        const Vec3 x = from_ + middle.at * way_;
+        const Vec3 given = 0.5 * (a.contact.given + b.contact.given), x = from_ + middle.at * way_ - given;
         wall_.contacts({&x, 1}, {&middle.contact, 1});
+        middle.contact.given = given;
         if (middle.contact.penetration > limit_) {
             deepest_ = middle.contact.penetration;
             deepest_at_ = middle.at;
@@ -132,7 +131,7 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
         contacts[k].station = wire.stations[joint - 1];
         const int at = joint - 1 + (k == 2 ? 1 : 2 * k);
         contacts[k].thickness = wire.thickness[at];
-        contacts[k].yield = wire.yield_at(at);
+        contacts[k].give = wire.give_at(at);
     }
     wall.contacts(places, contacts);
     return contacts[2].touches() ||
@@ -150,8 +149,8 @@ std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from
     // A vessel that one end has pushed aside has moved at the other one, too.
     const auto go_with = [](WallContact& c, const WallContact& other) {
         if (c.touches()) return;
-        c.trust = std::max(0.0, c.trust - (other.yield.shift - c.yield.shift).norm());
-        c.yield.shift = other.yield.shift;
+        c.trust = std::max(0.0, c.trust - (other.given - c.given).norm());
+        c.given = other.given;
     };
     if (first.touches() != last.touches()) go_with(first, last), go_with(last, first);
     return Search(wall, from, to).run(first, last, tolerance);

@@ -68,10 +68,7 @@ struct DeviceSpec {
 
     void state(StateStream& s) {
         s(outer_diameter, inner_diameter, sections, friction, buckling_force, length, shape);
-        s.added(static_friction != 0 || inner_friction != 0 || static_inner_friction != 0 ||
-                    valve_friction != 0 || static_valve_friction != 0,
-                static_friction, inner_friction, static_inner_friction, valve_friction,
-                static_valve_friction);
+        s(static_friction, inner_friction, static_inner_friction, valve_friction, static_valve_friction);
     }
 };
 
@@ -153,10 +150,7 @@ struct Device {
     /// Turn of the hub that has not reached the distal end [rad].
     double wound_up() const { return wound.empty() ? windup : -wound.back(); }
 
-    void state(StateStream& s) {
-        s(spec, inserted, roll, windup, wound);
-        s.added(!held, held);
-    }
+    void state(StateStream& s) { s(spec, inserted, roll, windup, wound, held); }
 };
 
 /// Direction in space in which a device is bent at rest, and by how much.

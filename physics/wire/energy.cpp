@@ -15,17 +15,26 @@ std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall)
         contacts[i].thickness = chain.thickness[i];
         contacts[i].held = true;
         contacts[i].share = chain.wall_share(static_cast<int>(i));
-        contacts[i].yield = chain.yield_at(static_cast<int>(i));
+        contacts[i].give = chain.give_at(static_cast<int>(i));
     }
     wall.contacts(chain.joints, contacts);
     return contacts;
+}
+
+std::vector<Foundation::Load> vessel_loads(const Chain& chain, std::span<const WallContact> contacts) {
+    assert(contacts.size() == chain.joints.size());
+    std::vector<Foundation::Load> loads;
+    for (std::size_t j = 1; j < contacts.size(); ++j)
+        if (const WallContact& c = contacts[j]; c.touches())
+            loads.push_back({c.station, chain.joints[j] - c.given, c.push()});
+    return loads;
 }
 
 Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
     assert(contacts.size() == chain.joints.size());
     Energy energy;
     energy.bending = bending_energy(chain);
-    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].whole_energy();
+    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
     for (int i = 1; i <= chain.segments(); ++i)
         energy.load -= chain.length_of(i) * chain.load.dot(chain.joints[i] - chain.joints[0]);
     energy.torsion = twist_energy(chain);

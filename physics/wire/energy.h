@@ -1,6 +1,7 @@
 #pragma once
 /// Energy of a chain in its vessel and its exact gradient.
 
+#include "physics/wall/foundation.h"
 #include "physics/wall/wall.h"
 #include "physics/wire/chain.h"
 
@@ -17,6 +18,9 @@ struct Energy {
 /// Contacts of all joints from scratch, each with its share of the wall's stiffness. The wire's stations are
 /// hints; near the border of two vessels a joint stays with the vessel of its station, where it came to rest.
 std::vector<WallContact> all_contacts(const Chain&, const LumenWall&);
+
+/// What these contacts of the chain's joints press on the vessels, where those were before they made way.
+std::vector<Foundation::Load> vessel_loads(const Chain&, std::span<const WallContact>);
 
 Energy total_energy(const Chain&, std::span<const WallContact>);
 

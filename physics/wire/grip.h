@@ -40,7 +40,7 @@ struct Grip {
     /// Since it slipped or came to touch, up to rest_time: whether μ in `force` is the static one. Kept for
     /// devices of two coefficients only [s].
     double rested = rest_time;
-    Yield yield;  // of the vessel at the joint; it stays with the joint
+    double give = 0;  // of the vessel at the joint, which stays with the joint: WallContact::give [mm/N]
 
     bool holds() const { return force > 0; }
     /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
@@ -65,12 +65,9 @@ struct Grip {
     /// Whether both hold alike; time alone moves nothing.
     bool operator==(const Grip& other) const {
         return anchor == other.anchor && normal == other.normal && force == other.force &&
-               roll == other.roll && around == other.around && yield == other.yield;
+               roll == other.roll && around == other.around && give == other.give;
     }
-    void state(StateStream& s) {
-        s(anchor, normal, force, roll, around, yield);
-        s.added(rested != rest_time, rested);
-    }
+    void state(StateStream& s) { s(anchor, normal, force, roll, around, give, rested); }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.

@@ -5,6 +5,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "physics/wire/energy.h"
+#include "tests/engine/exercise/wild_exercise.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -70,37 +71,14 @@ TEST(FrictionScenario, ItAsksForMoreForceAndHoldsTheWire) {
 TEST(FrictionScenario, WildHandsEndAtRestRestoreAndReplay) {
     const int rounds = 6;
     for (unsigned seed = 0; seed < rounds; ++seed) {
-        std::mt19937 random(seed);
         scenario::Scenario scenario = with_friction(0.05 + 0.05 * seed);
         scenario.adaptive = seed % 2 == 1;
         if (seed % 3 != 0) test::set_torsion(scenario.wire().device, 60 * seed);
         scenario.torsion =
             seed % 2 == 0 ? scenario::TorsionModel::Compliant : scenario::TorsionModel::Segments;
         Exercise exercise(scenario, false);
-        for (int frame = 0; frame < 60; ++frame) {
-            const auto commands = wild(random);
-            const Frame made = exercise.next_frame(commands);
-            ASSERT_EQ(made.simulation.wire().grips.size(), made.simulation.wire().joints.size());
-            if (!made.motion.settling) {
-                ASSERT_LT(physics::relative_gradient(made.simulation.wire(), made.simulation.contacts()),
-                          1e-6)
-                    << "seed " << seed << ", frame " << frame;
-            }
-        }
-        const Exercise::Snapshot snapshot = exercise.snapshot();
-        std::vector<std::uint64_t> hashes;
-        for (const bool again : {false, true}) {
-            if (again) exercise.restore(snapshot);
-            std::mt19937 hand(100 + seed);
-            for (int frame = 0; frame < 20; ++frame) {
-                exercise.next_frame(wild(hand));
-                if (!again)
-                    hashes.push_back(exercise.simulation().state_hash());
-                else
-                    ASSERT_EQ(exercise.simulation().state_hash(), hashes[frame])
-                        << "seed " << seed << ", frame " << frame;
-            }
-        }
+        test::play_wildly_and_again(exercise, seed, wild);
+        if (HasFatalFailure()) return;
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "physics/wire/energy.h"
+#include "tests/engine/exercise/wild_exercise.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -182,31 +183,9 @@ TEST(StictionScenario, WildHandsEndAtRestRestoreAndReplay) {
             if (random() % 3 == 0) commands.emplace_back(script::Rotate{3 * (unit() - 0.5), held});
             return commands;
         };
-        std::mt19937 random(seed);
-        for (int frame = 0; frame < 60; ++frame) {
-            const Frame made = exercise.next_frame(wild(random));
-            ASSERT_TRUE(physics::validate(made.simulation.wire()).empty());
-            if (!made.motion.settling) {
-                ASSERT_LT(physics::relative_gradient(made.simulation.wire(), made.simulation.contacts()),
-                          1e-6)
-                    << "seed " << seed << ", frame " << frame;
-            }
-        }
+        test::play_wildly_and_again(exercise, seed, wild);
+        if (HasFatalFailure()) return;
         EXPECT_GT(exercise.simulation().wire().rub_loss, 0);
-        const Exercise::Snapshot snapshot = exercise.snapshot();
-        std::vector<std::uint64_t> hashes;
-        for (const bool again : {false, true}) {
-            if (again) exercise.restore(snapshot);
-            std::mt19937 hand(100 + seed);
-            for (int frame = 0; frame < 20; ++frame) {
-                exercise.next_frame(wild(hand));
-                if (!again)
-                    hashes.push_back(exercise.simulation().state_hash());
-                else
-                    ASSERT_EQ(exercise.simulation().state_hash(), hashes[frame])
-                        << "seed " << seed << ", frame " << frame;
-            }
-        }
     }
 }
 

@@ -89,7 +89,7 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
                 for (int i = 1; i <= wire.segments(); ++i) {
                     // Facets lie inside round vessels, and the smooth wall rounds their edges off.
                     constexpr double smoothing = 0.15;
-                    const geometry::Vec3 in_vessel = wire.joints[i] - contacts[i].moved();
+                    const geometry::Vec3 in_vessel = wire.joints[i] - contacts[i].given;
                     ASSERT_TRUE(anatomy::inside(simulation.anatomy(), in_vessel)) << device << " " << i;
                     const double to_wall = mesh.distance(in_vessel);
                     ASSERT_GE(to_wall, radius_at(wire, contacts[i]) -

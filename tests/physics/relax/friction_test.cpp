@@ -13,6 +13,7 @@
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
 #include "physics/wire/refinement.h"
+#include "tests/physics/capstan.h"
 #include "tests/physics/wires.h"
 
 namespace physics {
@@ -116,33 +117,15 @@ TEST(Friction, AStraightWireOnAFloorAsksForItsWeightTimesMu) {
     }
 }
 
-/// T' = μ|T/R + w_n| + w_t along the bend, drawn out against the weight of the straight run beyond it.
+/// Drawn out against the weight of the straight run beyond it.
 TEST(Friction, RoundABendItIsThatOfTheCapstan) {
-    constexpr double radius = 20, lumen = 1, run = 200, weight = 0.01;
     for (const double angle : {60.0, 120.0, 180.0}) {
-        const auto path = [&](double bend) {
-            return anatomy::draw(std::vector<anatomy::PenMove>{
-                anatomy::Run{20}, anatomy::Arc{bend, angle * degree}, anatomy::Run{run + 60}});
-        };
-        const Polyline line = path(radius);
-        // The wire comes in at the inner wall, or the introducer would bear part of its turn.
-        Polyline way = path(radius - lumen);
-        for (Vec3& p : way) p.y() += lumen;
-        const Vec3 beyond = (line.back() - line[line.size() - 2]).normalized();
+        const test::Capstan capstan(angle * degree);
         for (const double mu : {0.1, 0.2, 0.3}) {
-            const TubeWall wall(line, lumen, 42, 0);
-            Gripped g(wall, way, thread(5, mu, 0.5), 20 + radius * angle * degree + run, weight * beyond);
+            const TubeWall wall(capstan.line, capstan.lumen, 42, 0);
+            Gripped g(wall, capstan.way, thread(5, mu, 0.5), capstan.length(), capstan.load());
             const double force = -g.feed(-0.25, 60).push_force;
-            // Along the inner wall, from the distal end of the bend to the introducer.
-            const double inner = radius - lumen, whole = angle * degree;
-            double tension = weight * (g.wire.inserted_length() - 20 - inner * whole);
-            constexpr int steps = 10'000;
-            for (int k = 0; k < steps; ++k) {
-                const double at = (k + 0.5) * whole / steps;
-                const double press = tension / inner + weight * std::sin(at);
-                tension += (weight * std::cos(at) + mu * press) * inner * whole / steps;
-            }
-            tension += 20 * weight * (std::cos(whole) + mu * std::sin(whole));
+            const double tension = capstan.tension(mu, g.wire.inserted_length());
             EXPECT_NEAR(force, tension, 0.01 * tension) << angle << " deg, mu " << mu;
             RecordProperty(fmt::format("capstan_{}_{}", angle, mu),
                            fmt::format("{:.4f} {:.4f}", force, tension));

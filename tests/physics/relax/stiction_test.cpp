@@ -9,6 +9,7 @@
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
 #include "physics/wire/friction.h"
+#include "tests/physics/capstan.h"
 #include "tests/physics/wires.h"
 
 namespace physics {
@@ -118,34 +119,15 @@ TEST(Stiction, AStraightWireOnAFloorSticksSlipsAndSticksAgain) {
     }
 }
 
-/// T' = μ|T/R + w_n| + w_t along a bend, drawn out against the weight of the run beyond it: μ is the static
-/// coefficient where it breaks away, and the kinetic one beyond.
+/// The coefficient is the static one where the wire breaks away, and the kinetic one beyond.
 TEST(Stiction, TheCapstanBreaksAwayByTheStaticAndSlidesByTheKineticCoefficient) {
-    constexpr double radius = 20, lumen = 1, run = 200, weight = 0.01;
     for (const double angle : {60.0, 120.0, 180.0}) {
-        const auto path = [&](double bend) {
-            return anatomy::draw(std::vector<anatomy::PenMove>{
-                anatomy::Run{20}, anatomy::Arc{bend, angle * degree}, anatomy::Run{run + 60}});
-        };
-        const Polyline line = path(radius);
-        Polyline way = path(radius - lumen);
-        for (Vec3& p : way) p.y() += lumen;
-        const Vec3 beyond = (line.back() - line[line.size() - 2]).normalized();
+        const test::Capstan capstan(angle * degree);
         // Of a wall that gives, the bend's near end would slip first.
-        const TubeWall wall(line, lumen, 2000, 0);
+        const TubeWall wall(capstan.line, capstan.lumen, 2000, 0);
         constexpr double still = 0.3, slides = 0.2;
-        Sticking g(wall, way, 5, still, slides, 0.5, 20 + radius * angle * degree + run, weight * beyond);
-        const auto exact = [&](double mu) {
-            const double inner = radius - lumen, whole = angle * degree;
-            double tension = weight * (g.wire.inserted_length() - 20 - inner * whole);
-            constexpr int steps = 10'000;
-            for (int k = 0; k < steps; ++k) {
-                const double at = (k + 0.5) * whole / steps;
-                const double press = tension / inner + weight * std::sin(at);
-                tension += (weight * std::cos(at) + mu * press) * inner * whole / steps;
-            }
-            return tension + 20 * weight * (std::cos(whole) + mu * std::sin(whole));
-        };
+        Sticking g(wall, capstan.way, 5, still, slides, 0.5, capstan.length(), capstan.load());
+        const auto exact = [&](double mu) { return capstan.tension(mu, g.wire.inserted_length()); };
         const double held = exact(still), broken = g.break_away(-1);
         EXPECT_NEAR(broken, held, 0.01 * held) << angle << " deg";
         const double sliding = g.slide(-1), drawn = exact(slides);

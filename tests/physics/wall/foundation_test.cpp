@@ -24,7 +24,7 @@ CentrelineBranch straight_vessel(double length, double radius, double step = 1) 
 }
 
 Vec3 moved(const Foundation& foundation, const Foundation::Displacement& by, int station) {
-    return foundation.at_station(by, station);
+    return foundation.at(by, station, foundation.tree().stations()[station].centre);
 }
 
 /// A tube around a polyline in tissue.
@@ -99,18 +99,20 @@ TEST(Foundation, RefusesTissuesThatHoldNothing) {
 }
 
 TEST(LumenWall, WallAndVesselAreTwoSpringsInSeries) {
-    std::mt19937 random(3);
+    constexpr unsigned seed = 3;
+    std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(0, 1);
     const TubeWall wall({{0, 0, 0}, {400, 0, 0}}, 3, 10, 0.4);
     for (int k = 0; k < 1000; ++k) {
         const double angle = 2 * M_PI * unit(random), depth = std::pow(10, -6 + 7.5 * unit(random));
         const double give = std::pow(10, -4 + 6 * unit(random)), share = 0.2 + unit(random);
-        const Vec3 out(0, std::cos(angle), std::sin(angle)), shift(0, unit(random), -unit(random));
+        const Vec3 out(0, std::cos(angle), std::sin(angle));
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", case " + std::to_string(k));
         WallContact c;
         c.share = share;
-        c.yield = {give, shift};
+        c.give = give;
         if (unit(random) < 0.5) c.given = 2 * depth * unit(random) * Vec3(0, unit(random), unit(random));
-        const Vec3 x = Vec3(200 + unit(random), 0, 0) + shift + (2.6 + depth) * out;
+        const Vec3 x = Vec3(200 + unit(random), 0, 0) + (2.6 + depth) * out;
         wall.contacts({&x, 1}, {&c, 1});
         const double force = depth / (1 / (10 * share) + give);
         ASSERT_TRUE(c.touches()) << k;
@@ -138,11 +140,10 @@ TEST(LumenWall, PushAndCurvatureOfAVesselThatMakesWayAreItsEnergys) {
             line[i] +
             (1.9 + 2 * unit(random)) *
                 along.cross(Vec3(unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5)).normalized();
-        const Yield yield{0.5, Vec3(0.05, -0.02, 0.03)};
         const auto at = [&](const Vec3& p) {
             WallContact c;
             c.station = i;
-            c.yield = yield;
+            c.give = 0.5;
             wall.contacts({&p, 1}, {&c, 1});
             return c;
         };
@@ -250,6 +251,7 @@ TEST(LumenWall, AWireAndAVesselThatBendsShareALoadAsOneLinearSystemSays) {
         EXPECT_GT(touching.size(), 40u);
         double off = 0;
         for (int i = 1; i <= count; ++i) off = std::max(off, std::abs(down[i] - z[i - 1]));
+        // A joint beside others that bear more is given their way by its own force alone: 3.5 % were found.
         EXPECT_LT(off, 0.05 * z.maxCoeff());
     }
 }

@@ -36,7 +36,8 @@ constexpr int first[] = {0};
 WallContact ask_past(const OpenEnd& end, const Vec3& x, double joint = 0) {
     WallContact c;
     c.trust = 1e9;
-    const PastEnd past(x, {&end, 1}, first, 0);
+    const ContinuedEnd continued{end, cones_past(end)};
+    const PastEnd past(x, {&continued, 1}, first, 0);
     if (past.inside())
         past.limit(x, joint, c);
     else
