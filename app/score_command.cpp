@@ -116,7 +116,7 @@ void print_score(const exercise::Score& s, const scenario::Par& par) {
         const auto kind = static_cast<std::size_t>(mark.kind);
         print_line(fmt::format("error at {:.1f} s, frame {}", mark.start, mark.first),
                    fmt::format("{} ({}, in {})", exercise::mishap_texts[kind], exercise::amount_text(mark),
-                               mark.branch));
+                               exercise::place_text(mark)));
     }
 }
 

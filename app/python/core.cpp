@@ -534,6 +534,7 @@ public:
         for (std::size_t k = 0; k < made.devices.size(); ++k)
             masks[std::string(devices[k].name()).c_str()] = array_of(made.devices[k]);
         masks["vessels"] = array_of(made.vessels);
+        if (made.extravasation) masks["extravasation"] = array_of(*made.extravasation);
         return masks;
     }
     Doubles project(const Doubles& places, const std::optional<int>& pixels) {

@@ -353,6 +353,11 @@ geometry::TriangleMesh closed_lumen(const Anatomy& anatomy) {
     return closed;
 }
 
+double along(const Anatomy& anatomy, const VesselPlace& place) {
+    return geometry::length_of(std::span(anatomy.branches[static_cast<std::size_t>(place.branch)].points)
+                                   .first(static_cast<std::size_t>(place.sample) + 1));
+}
+
 VesselPlace nearest_place(const Anatomy& anatomy, const Vec3& point) {
     VesselPlace best{-1, -1, std::numeric_limits<double>::infinity()};
     for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {

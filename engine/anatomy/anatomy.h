@@ -88,6 +88,8 @@ struct VesselPlace {
     double distance = 0;  // to the sample minus its inscribed radius: ≤ 0 inside [mm]
 };
 VesselPlace nearest_place(const Anatomy&, const geometry::Vec3&);
+/// From the branch's start along its centreline to the sample [mm].
+double along(const Anatomy&, const VesselPlace&);
 bool inside(const Anatomy&, const geometry::Vec3&);
 /// Where a branch that has no open end of its own ends inside another one, as a communicating artery does;
 /// empty for all others.

@@ -28,6 +28,13 @@ double contrast_limit(double weight, double creatinine) {
     return std::min(300.0, 5.0 * weight / creatinine);
 }
 
+double leak_rate(double diameter) {
+    constexpr double discharge = 0.6, open = 0.25;                       // [-]
+    constexpr double pressure = 93 * 133.322, density = 1060;            // [Pa], [kg/m³]
+    const double area = std::numbers::pi / 4 * diameter * diameter;      // [mm²]
+    return discharge * open * area * std::sqrt(2 * pressure / density);  // mm² m/s = ml/s
+}
+
 ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec)
     : spec_(spec), blood_(blood_flow(anatomy, spec)) {
     for (const geometry::CentrelineBranch& branch : anatomy.branches) branches_.push_back(branch.name);
@@ -56,6 +63,7 @@ void ContrastFlow::reset() {
     time_ = injected_ = injected_iodine_ = drained_ = 0;
     running_.clear();
     site_ = {};
+    holes_.clear();
     iodine_.assign(blood_.cells.size(), 0.0);
     distal_.reset();
     tanks_.assign(blood_.outlets.size(), {});
@@ -110,6 +118,15 @@ void ContrastFlow::inject(const Injection& asked) {
     }
 }
 
+void ContrastFlow::pierce(const geometry::Vec3& place, const geometry::Vec3& outward, double diameter) {
+    for (Hole& hole : holes_) {
+        if ((hole.place - place).norm() > 0.5 * (hole.diameter + diameter)) continue;
+        hole.diameter = std::max(hole.diameter, diameter);
+        return;
+    }
+    holes_.push_back({blood_.nearest(place), place, outward, diameter, 0, 0});
+}
+
 double ContrastFlow::left() const {
     double used = injected_;
     for (const Running& injection : running_) used += injection.left;
@@ -155,9 +172,10 @@ void ContrastFlow::advance(double dt) {
         injected_iodine_ += injection.rate * dt * injection.iodine;
     }
     std::fill(reached_.begin(), reached_.end(), 0.0);
+    const double pulse_now = pulse(time_ + 0.5 * dt);
+    if (!holes_.empty()) leak(pulse_now, dt);
     const bool clear =
         running_.empty() && std::all_of(iodine_.begin(), iodine_.end(), [](double c) { return c == 0; });
-    const double pulse_now = pulse(time_ + 0.5 * dt);
     if (clear) {
         for (std::size_t o = 0; o < leaving_.size(); ++o) leaving_[o] = pulse_now * blood_.outlets[o].flow;
     } else {
@@ -170,12 +188,30 @@ void ContrastFlow::advance(double dt) {
     time_ += dt;
 }
 
+/// What leaks takes its part of the flow: less is left for the ends, and more comes from upstream.
+void ContrastFlow::leak(double pulse, double dt) {
+    constexpr double most = 0.5;  // of what flows into a tree [-]
+    leaking_.clear();
+    for (Hole& hole : holes_) {
+        const int tree = blood_.tree[static_cast<std::size_t>(hole.cell)];
+        double all = 0;
+        for (const Hole& other : holes_)
+            if (blood_.tree[static_cast<std::size_t>(other.cell)] == tree) all += leak_rate(other.diameter);
+        const double inflow = pulse * blood_.sources[static_cast<std::size_t>(tree)].inflow;
+        const double rate = leak_rate(hole.diameter) * std::min(1.0, most * inflow / all);
+        added_[hole.cell] -= rate;
+        hole.blood += rate * dt;
+        leaking_.push_back(rate);
+    }
+}
+
 void ContrastFlow::carry(double dt) {
     const int count = static_cast<int>(iodine_.size());
     for (int i = 0; i < count; ++i) outflow_[i] = std::max(0.0, -into_[i]);
     for (int i = 0; i < count; ++i)
         if (upstream_[i] >= 0) outflow_[upstream_[i]] += std::max(0.0, into_[i]);
     for (std::size_t o = 0; o < leaving_.size(); ++o) outflow_[blood_.outlets[o].cell] += leaving_[o];
+    for (std::size_t h = 0; h < holes_.size(); ++h) outflow_[holes_[h].cell] += leaking_[h];
     double fastest = 0;
     for (int i = 0; i < count; ++i) fastest = std::max(fastest, outflow_[i] / volume_[i]);
     const int substeps = std::max(1, static_cast<int>(std::ceil(dt * fastest / courant)));
@@ -229,6 +265,11 @@ void ContrastFlow::carry(double dt) {
                 change_[into] += mass;
             else
                 reached_[o] += mass;
+        }
+        for (std::size_t h = 0; h < holes_.size(); ++h) {
+            const double mass = leaking_[h] * part * iodine_[holes_[h].cell];
+            change_[holes_[h].cell] -= mass;
+            holes_[h].iodine += mass;
         }
         for (int i = 0; i < count; ++i) iodine_[i] += change_[i] / volume_[i];
     }
@@ -354,6 +395,7 @@ IodineBalance ContrastFlow::balance() const {
     for (std::size_t i = 0; i < iodine_.size(); ++i) now.in_vessels += iodine_[i] * volume_[i];
     for (std::size_t o = 0; o < blush_.size(); ++o)
         now.in_organs += blush_[o].iodine + distal_.held(static_cast<int>(o));
+    for (const Hole& hole : holes_) now.leaked += hole.iodine;
     return now;
 }
 

@@ -36,11 +36,29 @@ struct Blush {
     void state(geometry::StateStream& s) { s(iodine, concentration, inner); }
 };
 
-/// Where the iodine is [mg]; injected = in_vessels + in_organs + drained. The arteries beyond the ends count
-/// as the organs'.
+/// Where the iodine is [mg]; injected = in_vessels + in_organs + drained + leaked. The arteries beyond the
+/// ends count as the organs'.
 struct IodineBalance {
-    double injected = 0, in_vessels = 0, in_organs = 0, drained = 0;
+    double injected = 0, in_vessels = 0, in_organs = 0, drained = 0, leaked = 0;
 };
+
+/// A hole in the wall, and what has gone through it into the tissue, where it stays.
+struct Hole {
+    int cell = -1;                                    // of the BloodFlow
+    geometry::Vec3 place = geometry::Vec3::Zero();    // in vessels that nothing moves [mm]
+    geometry::Vec3 outward = geometry::Vec3::Zero();  // unit, out of the vessel
+    double diameter = 0;                              // of what made it [mm]
+    double blood = 0;                                 // [ml]
+    double iodine = 0;                                // [mg]
+
+    void state(geometry::StateStream& s) { s(cell, place, outward, diameter, blood, iodine); }
+};
+
+/// Blood through a hole that a round end of this diameter [mm] has made, by the law of an orifice:
+/// Q = C a A √(2 p / ρ), with C = 0.6 of a sharp edge, a mean arterial pressure p of 93 mmHg (120/80) against
+/// none in the tissue, and ρ = 1060 kg/m³. A is the end's section; the elastic wall closes behind it to a
+/// quarter of that, a = 0.25 (estimate) [ml/s].
+double leak_rate(double diameter);
 
 /// Finite volumes on the cells of a BloodFlow. Blood with contrast moves by a second-order upwind scheme with
 /// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above the
@@ -73,6 +91,11 @@ public:
     /// Begins with the next step, in addition to running injections. Throws InputError for numbers out of
     /// range, a branch that does not exist, and a volume beyond the limit, stating what is left of it.
     void inject(const Injection&);
+    /// Makes a hole in the wall nearest to a place, through which blood leaks from the next step on, as much
+    /// as leak_rate says and at most half of what flows into that tree; where there is one within its width,
+    /// the larger remains. `outward`: unit, out of the vessel.
+    void pierce(const geometry::Vec3& place, const geometry::Vec3& outward, double diameter);
+    std::span<const Hole> holes() const { return holes_; }
     /// `dt` [s], 0 or more.
     void step(double dt);
     /// Restores the state after construction, bit for bit.
@@ -86,6 +109,7 @@ public:
     void state(geometry::StateStream& s) {
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_,
           site_, inner_);
+        s.unless_empty(holes_);
     }
 
 private:
@@ -104,6 +128,7 @@ private:
     void carry(double dt);
     void spread(double dt);
     void perfuse(double dt);
+    void leak(double pulse, double dt);
     void show();
     double pulse(double time) const;
     int cell_of(const Injection&) const;
@@ -120,6 +145,7 @@ private:
     double injected_ = 0, injected_iodine_ = 0, drained_ = 0;  // [ml], [mg], [mg]
     std::vector<Running> running_;
     Site site_;
+    std::vector<Hole> holes_;
     std::vector<double> resting_;  // flow through each cell [ml/s]
     std::vector<double> iodine_;   // in each cell [mg/ml]
     struct Tanks {
@@ -140,6 +166,7 @@ private:
     // Of one step.
     std::vector<double> into_, leaving_, added_, added_iodine_, outflow_, change_, diagonal_, right_;
     std::vector<double> reached_;  // what entered each organ [mg]
+    std::vector<double> leaking_;  // through each hole [ml/s]
 };
 
 }  // namespace blood

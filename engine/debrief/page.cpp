@@ -145,7 +145,7 @@ std::string errors(const Story& story) {
             "<li id=\"row{0}\"><a href=\"#e{0}\"><b>{0}</b>{1}: {2}, from {3:.1f}&nbsp;s (frame {4}), in "
             "{5}</a></li>",
             k + 1, exercise::mishap_texts[kind], exercise::amount_text(mark), mark.start, mark.first,
-            io::html_escaped(mark.branch));
+            io::html_escaped(exercise::place_text(mark)));
     }
     return text + "</ol>";
 }

@@ -98,8 +98,10 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     const auto same = [](const exercise::PulsedDevice& a, const exercise::PulsedDevice& b) {
         return a.role == b.role && a.joints == b.joints && a.look == b.look;
     };
-    if (view && std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(),
-                           masked_.devices.end(), same))
+    const bool leaks = !pulse.exposure.clouds.empty();
+    if (view && !leaks && !masks_->extravasation &&
+        std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(), masked_.devices.end(),
+                   same))
         return *masks_;
     if (!chain_ && !masking_)
         masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy(), simulation.contrast());
@@ -111,6 +113,10 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     for (const exercise::PulsedDevice& device : pulse.devices)
         made.devices.push_back(
             filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
+    made.extravasation.reset();
+    if (leaks)
+        made.extravasation =
+            filled(arm.pixels, render::cloud_pixels(arm, pulse.exposure.clouds, exercise::cloud_shows));
     masked_ = std::move(pulse);
     return masks_.emplace(std::move(made));
 }

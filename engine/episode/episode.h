@@ -45,6 +45,7 @@ public:
     /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0. No body is made for them.
     /// Throws InputError as make_masking does.
     struct Masks {
+        std::optional<render::GrayImage> extravasation;  // where contrast has leaked into tissue
         render::GrayImage vessels;
         std::vector<render::GrayImage> devices;  // of the simulation's, innermost first
     };

@@ -131,7 +131,7 @@ std::uint64_t Exercise::fingerprint() const {
          s.relaxer.tolerance, s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold,
          triangles, images);
     if (s.wall_variation) hash(*s.wall_variation);
-    hash(s.tissue);
+    hash(s.tissue, s.injury);
     return hash.value();
 }
 
@@ -164,11 +164,16 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
     const int pixels = pulse.arm.pixels;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
     const auto& moves = pulse.exposure.vessel_moves;
-    Truth truth{pulse, {}, mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves))};
+    Truth truth;
+    truth.pulse = pulse;
+    truth.vessels = mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves));
     for (const PulsedDevice& device : pulse.devices)
         truth.devices.push_back(
             mask(pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
     truth.dose = monitor.last_dose();
+    if (!pulse.exposure.clouds.empty())
+        truth.extravasation =
+            mask(pixels, render::cloud_pixels(pulse.arm, pulse.exposure.clouds, cloud_shows));
     if (parts.signal) {
         truth.signal = monitor.last_signal();
         const auto dose = static_cast<float>(truth.dose);

@@ -31,7 +31,9 @@ struct Truth {
     Pulse pulse;                             // the pulse that the image shows
     std::vector<render::GrayImage> devices;  // of each of the pulse's: 255 where it casts its shadow, else 0
     render::GrayImage vessels;               // 255 where a lumen lies in the beam, else 0
-    double dose = 0;                         // of the pulse at the detector [nGy]
+    /// 255 where contrast that has leaked into tissue shows; empty where none has.
+    std::optional<render::GrayImage> extravasation = {};
+    double dose = 0;                                          // of the pulse at the detector [nGy]
     std::optional<render::Field> signal = {}, expected = {};  // [quanta]
     std::optional<render::DeepImage> labels =
         {};                                  // the branch that the ray runs through longest, from 1; 0 = none

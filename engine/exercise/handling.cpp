@@ -12,7 +12,6 @@ namespace exercise {
 namespace {
 
 constexpr double tip_follows = 0.1;  // share of the feed by which a tip that is not stuck moves on [-]
-constexpr double faces_wall = 0.26;  // cosine to the wall's normal from which a tip points at it: 15° [-]
 constexpr int pulses_of_a_map = 2;   // the mask and one with contrast
 
 bool moves(const StepReport& report) {
@@ -28,15 +27,6 @@ double asked_feed(std::span<const script::Command> commands) {
         if (const auto* withdraw = std::get_if<script::Withdraw>(&command)) sum += withdraw->length;
     }
     return sum;
-}
-
-/// Force of a device's tip on a wall that it points at; 0 elsewhere [N].
-double force_before_tip(const Simulation& simulation, script::Held device) {
-    const std::size_t joint = simulation.path_of(device).size();
-    if (joint < 2 || joint > simulation.contacts().size()) return 0;
-    const physics::WallContact& contact = simulation.contacts()[joint - 1];
-    const geometry::Vec3 along = simulation.tip_of(device).along;
-    return contact.touches() && along.dot(contact.normal) > faces_wall ? contact.force() : 0;
 }
 
 }  // namespace
@@ -60,7 +50,7 @@ void Handling::begin(const Simulation& simulation) {
     against_stop_ = 0;
     devices_ = std::move(devices);
     mapped_.reset();
-    map_ = 0;
+    map_ = injuries_ = open_injury_ = 0;
 }
 
 void Handling::note(Mishap kind, const Frame& frame, bool now, std::optional<double> amount,
@@ -83,6 +73,28 @@ void Handling::note(Mishap kind, const Frame& frame, bool now, std::optional<dou
     MishapMark& mark = marks_[open - 1];
     mark.last = here;
     mark.amount = std::max(mark.amount, amount.value_or((here - mark.first + 1) / rate));
+}
+
+void Handling::note_injuries(const Frame& frame) {
+    const Simulation& simulation = frame.simulation;
+    const std::span<const Injury> all = simulation.injuries().all();
+    for (const Injury& injury : all.subspan(static_cast<std::size_t>(injuries_))) {
+        MishapMark mark;
+        mark.kind = injury.kind == InjuryKind::Perforation ? Mishap::Perforation : Mishap::Dissection;
+        mark.first = frame.time.index;
+        mark.start = std::max(0.0, frame.time.seconds - 1 / simulation.scenario().frame_rate);
+        mark.place = injury.place;
+        mark.branch = simulation.anatomy().branches[static_cast<std::size_t>(injury.branch)].name;
+        mark.wall = MishapMark::Wall{injury.device, injury.along, injury.threshold, source_of(injury)};
+        marks_.push_back(mark);
+        open_injury_ = static_cast<int>(marks_.size());
+    }
+    injuries_ = static_cast<int>(all.size());
+    const Injury* open = simulation.injuries().open();
+    if (!open || open_injury_ == 0) return;
+    MishapMark& mark = marks_[static_cast<std::size_t>(open_injury_ - 1)];
+    mark.last = frame.time.index;
+    mark.amount = open->force;
 }
 
 /// What has been fed in vain so far, if the hand feeds on in this frame; else 0 [mm].
@@ -149,6 +161,7 @@ void Handling::observe(const Frame& frame) {
 
     const double force = physics::largest_force(simulation.contacts());
     note(Mishap::HardPress, frame, force > limits_.force, force);
+    note_injuries(frame);
 
     const double way = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
     was_at_target_ = was_at_target_ || (way <= radius && moving);
@@ -161,13 +174,18 @@ void Handling::observe(const Frame& frame) {
             injects_through_ = inject->branch.empty() ? inject->through : script::Held::All;
     if (!simulation.contrast().injecting()) injects_through_ = script::Held::All;
     const double against =
-        injects_through_ == script::Held::All ? 0 : force_before_tip(simulation, injects_through_);
+        injects_through_ == script::Held::All ? 0 : end_on_wall(simulation, injects_through_).force;
     note(Mishap::InjectionAtWall, frame, against > limits_.tip_force, against);
 }
 
 std::string amount_text(const MishapMark& mark) {
     const std::string_view unit = mishap_units[static_cast<std::size_t>(mark.kind)];
+    if (mark.wall) return fmt::format("{:.3g} N, the wall bears {:.3g} N", mark.amount, mark.wall->threshold);
     return fmt::format("{:.{}f} {}", mark.amount, unit == "mm" ? 0 : unit == "N" ? 2 : 1, unit);
+}
+
+std::string place_text(const MishapMark& mark) {
+    return mark.wall ? fmt::format("{}, {:.0f} mm along", mark.branch, mark.wall->along) : mark.branch;
 }
 
 std::array<int, mishap_kinds> counts(std::span<const MishapMark> marks) {

@@ -22,24 +22,33 @@ enum class Mishap {
     TargetLost,       // the tip has left the target it was at
     InjectionAtWall,  // contrast leaves a catheter whose tip presses the wall
     StaleRoadmap,     // a device moves under a roadmap that has no map of this view
+    Dissection,       // injuries of the wall, see injury.h
+    Perforation,
 };
-inline constexpr std::size_t mishap_kinds = 8;
+inline constexpr std::size_t mishap_kinds = 10;
 /// As in score.json.
 inline constexpr std::array<const char*, mishap_kinds> mishap_ids = {
     "motion_without_beam", "beam_without_motion", "push_against_resistance", "force_over_limit",
-    "left_field_of_view",  "target_lost",         "injection_at_wall",       "stale_roadmap"};
+    "left_field_of_view",  "target_lost",         "injection_at_wall",       "stale_roadmap",
+    "dissection",          "perforation"};
 /// For the trainee.
 inline constexpr std::array<const char*, mishap_kinds> mishap_texts = {
-    "The device was moved without beam",   "The beam was on while nothing moved",
-    "It was pushed against resistance",    "The wall was pressed hard",
-    "It was moved with its tip unseen",    "The target was lost again",
-    "Contrast was given against the wall", "It was moved under a roadmap of another view"};
+    "The device was moved without beam",
+    "The beam was on while nothing moved",
+    "It was pushed against resistance",
+    "The wall was pressed hard",
+    "It was moved with its tip unseen",
+    "The target was lost again",
+    "Contrast was given against the wall",
+    "It was moved under a roadmap of another view",
+    "The wall was dissected",
+    "The wall was perforated"};
 
 /// Of a mark's amount: how long, how much was fed in vain, the largest force, the largest distance.
-inline constexpr std::array<const char*, mishap_kinds> mishap_units = {"s", "s",  "mm", "N",
-                                                                       "s", "mm", "N",  "s"};
+inline constexpr std::array<const char*, mishap_kinds> mishap_units = {"s",  "s", "mm", "N", "s",
+                                                                       "mm", "N", "s",  "N", "N"};
 
-/// Where an error begins. None of these is a threshold of injury.
+/// Where an error begins. None of these is a threshold of injury: those are the scenario's [injury].
 struct MishapLimits {
     double idle_beam = 3;    // beam without motion or contrast for longer [s]
     double stuck_feed = 10;  // of a device, while its tip has moved by less than a tenth of that [mm]
@@ -56,12 +65,23 @@ struct MishapMark {
     geometry::Vec3 place = geometry::Vec3::Zero();  // of the tip, at the first frame [mm]
     std::string branch;                             // of the anatomy, there
     double amount = 0;                              // the largest so far, in the kind's unit
+    /// Of an injury, whose place is that of the wall.
+    struct Wall {
+        script::Held device = script::Held::Wire;
+        double along = 0;      // from the branch's start along its centreline [mm]
+        double threshold = 0;  // end-on force that the wall bears [N]
+        std::string source;    // of the threshold
+        void state(geometry::StateStream& s) { s(device, along, threshold, source); }
+    };
+    std::optional<Wall> wall = {};
 
-    void state(geometry::StateStream& s) { s(kind, first, last, start, place, branch, amount); }
+    void state(geometry::StateStream& s) { s(kind, first, last, start, place, branch, amount, wall); }
 };
 
-/// "48 mm", "1.25 N", "5.8 s".
+/// "48 mm", "1.25 N", "5.8 s"; of an injury "1.53 N, the wall bears 1.40 N".
 std::string amount_text(const MishapMark&);
+/// "RRA"; of an injury "RRA, 12 mm along".
+std::string place_text(const MishapMark&);
 /// How many there are of each kind.
 std::array<int, mishap_kinds> counts(std::span<const MishapMark>);
 
@@ -77,7 +97,7 @@ public:
     const MishapLimits& limits() const { return limits_; }
     void state(geometry::StateStream& s) {
         s(marks_, open_, idle_since_, devices_, against_stop_, was_at_target_, injects_through_, mapped_,
-          map_);
+          map_, injuries_, open_injury_);
     }
 
 private:
@@ -98,6 +118,7 @@ private:
     /// Without an amount it is how long the error has lasted.
     void note(Mishap, const Frame&, bool now, std::optional<double> amount = {},
               std::optional<int> since = {});
+    void note_injuries(const Frame&);
     double stuck(Feed&, script::Held, const Simulation&) const;
     void follow_roadmap(const Frame&);
 
@@ -111,6 +132,7 @@ private:
     script::Held injects_through_ = script::Held::All;  // All = no device
     std::optional<render::CArm> mapped_;                // the view of the last pulse
     int map_ = 0;                                       // pulses of DSA in that view since the mask
+    int injuries_ = 0, open_injury_ = 0;                // seen so far; 1 + index of the last one's mark
 };
 
 }  // namespace exercise

@@ -1,7 +1,10 @@
 #include "engine/exercise/imaging.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
+#include <random>
 
 #include "engine/anatomy/organs.h"
 #include "engine/exercise/body.h"
@@ -226,6 +229,59 @@ render::Exposure metered_exposure(const Simulation& simulation) {
     return exposure;
 }
 
+namespace {
+
+/// Along the vessel at a hole, perpendicular to the way out; unit.
+geometry::Vec3 beside_vessel(const blood::BloodFlow& blood, const blood::Hole& hole) {
+    const blood::FlowCell& cell = blood.cells[static_cast<std::size_t>(hole.cell)];
+    geometry::Vec3 along, other;
+    geometry::tangent_basis(hole.outward, along, other);
+    if (cell.upstream < 0) return along;
+    const geometry::Vec3 axis =
+        (cell.centre - blood.cells[static_cast<std::size_t>(cell.upstream)].centre).normalized();
+    const geometry::Vec3 beside = axis - axis.dot(hole.outward) * hole.outward;
+    return beside.norm() > 0.1 ? beside.normalized() : along;
+}
+
+}  // namespace
+
+std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const blood::Hole& hole) {
+    constexpr double share_of_tissue = 0.5;  // of a place, that blood takes in it (estimate) [-]
+    constexpr double at_hole = 0.05;         // of the iodine, in the jet (estimate) [-]
+    constexpr int lobes = 20, tracks = 4;    // the latter along the vessel
+    if (!(hole.iodine > 0)) return {};
+    const double pool =
+                     std::cbrt(3 * cubic_mm_per_ml * hole.blood / (4 * std::numbers::pi * share_of_tissue)),
+                 radius = std::max(pool, hole.diameter);
+    const geometry::Vec3 u = beside_vessel(blood, hole), v = hole.outward.cross(u);
+    std::vector<render::IodineCloud> clouds;
+    double weights = 0;
+    const auto add = [&](double along, double aside, double out, double spread, double weight) {
+        clouds.push_back(
+            {hole.place + radius * (along * u + aside * v + out * hole.outward), spread * radius, weight});
+        weights += weight;
+    };
+    // Every hole has lobes of its own, which stay as they are while the pool grows. In radii of the pool.
+    geometry::Hash of_place;
+    of_place.add(hole.place.data(), sizeof hole.place);
+    std::mt19937 random(static_cast<std::uint32_t>(of_place.value()));
+    const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
+    constexpr double golden = 2.399963;  // of a turn, by which points on a ball lie evenly [rad]
+    for (int k = 0; k < lobes; ++k) {
+        const double height = 1 - 2 * (k + 0.5) / lobes, turn = golden * k + unit(), away = std::cbrt(unit()),
+                     flat = away * std::sqrt(1 - height * height), spread = 0.2 + 0.2 * unit();
+        add(1.2 * away * height, 0.9 * flat * std::cos(turn), 0.75 + 0.7 * flat * std::sin(turn), spread,
+            (0.5 + unit()) * std::pow(spread, 2.5));
+    }
+    const double in_lobes = weights;
+    for (int k = 0; k < tracks; ++k)
+        add((k % 2 == 0 ? 1 : -1) * (0.7 + 0.8 * unit()), 0.5 * unit() - 0.25, 0.1 + 0.2 * unit(),
+            0.16 + 0.1 * unit(), 0.015 * in_lobes);
+    for (render::IodineCloud& cloud : clouds) cloud.iodine *= (1 - at_hole) * hole.iodine / weights;
+    clouds.push_back({hole.place + 0.25 * radius * hole.outward, 0.19 * radius, at_hole * hole.iodine});
+    return clouds;
+}
+
 Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<const BlushingOrgan> organs) {
     const scenario::Scenario& scenario = simulation.scenario();
     Pulse pulse;
@@ -241,6 +297,13 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
     Simulation::VesselMoves moves = simulation.vessel_moves();
+    for (const blood::Hole& hole : simulation.contrast().holes())
+        for (render::IodineCloud& cloud : clouds_of(simulation.contrast().blood(), hole)) {
+            cloud.middle += exposure.vessel_shift;
+            if (!moves.of_nodes.empty())
+                cloud.middle += moves.of_nodes[static_cast<std::size_t>(hole.cell)].cast<double>();
+            exposure.clouds.push_back(cloud);
+        }
     exposure.vessel_moves = std::move(moves.of_nodes);
     exposure.distal_moves = std::move(moves.of_distal);
     if (!scenario.motion.breathing_reach.isZero())
@@ -265,7 +328,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
 
 bool has_contrast(const render::Exposure& exposure) {
     const auto some = [](float concentration) { return concentration > 1e-3f; };
-    return exposure.iodine > 0 ||
+    return exposure.iodine > 0 || !exposure.clouds.empty() ||
            std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some) ||
            std::any_of(exposure.distal_iodine.begin(), exposure.distal_iodine.end(), some);
 }
@@ -276,6 +339,7 @@ void remove_contrast(render::Exposure& exposure) {
     exposure.vessel_streams.clear();
     exposure.distal_iodine.clear();
     exposure.organs.clear();
+    exposure.clouds.clear();
 }
 
 namespace {

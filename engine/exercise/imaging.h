@@ -70,6 +70,13 @@ render::Exposure metered_exposure(const Simulation&);
 
 /// The pulse that the console asks for, with what is in the beam, after the step of that frame.
 Pulse pulse_of(const Simulation&, const FrameTime&, std::span<const BlushingOrgan>);
+/// What has leaked through a hole, as it lies in the tissue before vessels move: a pool of the blood beside
+/// the vessel in which the iodine is spread, uneven as tissue planes lead it, and densest at the hole. The
+/// clouds' iodine adds up to the hole's.
+std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow&, const blood::Hole&);
+/// Where truth has extravasation: as much iodine in the tissue as in a vessel of 1 mm with 3 mg/ml
+/// [mg/ml·mm].
+inline constexpr double cloud_shows = 3;
 bool has_contrast(const render::Exposure&);
 void remove_contrast(render::Exposure&);
 

@@ -76,6 +76,15 @@ void Notices::observe(const Frame& frame) {
         else
             ++more_mask_shifts_;
     }
+    for (const Injury& injury :
+         frame.simulation.injuries().all().last(static_cast<std::size_t>(report.injuries))) {
+        constexpr std::size_t most = 20;
+        if (injuries_.size() < most)
+            injuries_.push_back(
+                fmt::format("frame {}: {}", frame.time.index, sentence(injury, frame.simulation)));
+        else
+            ++more_injuries_;
+    }
     gasps_ += report.breath == scenario::Breathing::Event::Gasped;
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
@@ -90,7 +99,8 @@ void Notices::observe(const Frame& frame) {
 }
 
 std::vector<std::string> Notices::text() const {
-    std::vector<std::string> result;
+    std::vector<std::string> result = injuries_;
+    if (more_injuries_ > 0) result.push_back(fmt::format("... and {} more injuries", more_injuries_));
     const auto in_frames = [&](int count, fmt::format_string<std::string> text) {
         if (count > 0) result.push_back(fmt::format(text, frames(count)));
     };

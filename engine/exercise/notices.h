@@ -33,7 +33,8 @@ private:
     Unseen unseen_;
     bool beam_was_on_ = false,
          wire_was_out_ = false;  // at the first frame with beam nothing was in the image
-    std::vector<std::string> denied_;
+    std::vector<std::string> injuries_, denied_;
+    int more_injuries_ = 0;
     std::vector<std::string> mask_shifts_;  // of those that were found, or not made
     int more_mask_shifts_ = 0;
     int gasps_ = 0;

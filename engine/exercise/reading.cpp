@@ -46,6 +46,15 @@ constexpr Field table[] = {
     {"", "friction_loss_N_mm", "N mm",
      "work lost to friction with the wall, between devices and in their valves since the start",
      &R::friction_loss},
+    {"end_force_N", "end_force_N", "N",
+     "force that the foremost end of the devices is pushed against the wall with, along the device: what "
+     "perforates",
+     &R::end_force},
+    {"dissections", "", "", "dissections of the wall in the attempt so far", &R::dissections},
+    {"perforations", "", "", "perforations of the wall in the attempt so far", &R::perforations},
+    {"leaked_blood_ml", "", "ml", "blood that has leaked through holes in the wall", &R::leaked_blood},
+    {"leaked_iodine_mg", "", "mg", "iodine that has leaked with it and lies in the tissue",
+     &R::leaked_iodine},
     {"settling", "settling", "",
      "the frame's budget ended on the way to rest; the wire shown is the last at rest", &R::settling},
     {"air_kerma_mGy", "air_kerma_mGy", "mGy",
@@ -141,9 +150,16 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     r.tip = place_of(tip.at + shift);
     r.direction = place_of(tip.along);
     r.branch = Branch{place.branch};
-    r.along = geometry::length_of(std::span(anatomy.branches[place.branch].points).first(place.sample + 1));
+    r.along = anatomy::along(anatomy, place);
     r.path_to_target = ways_->between(place, target_).value_or(absent);
     read_contacts(simulation, r);
+    r.end_force = end_on_wall(simulation, foremost(simulation).role).end_on;
+    r.dissections = simulation.injuries().count(InjuryKind::Dissection);
+    r.perforations = simulation.injuries().count(InjuryKind::Perforation);
+    for (const blood::Hole& hole : simulation.contrast().holes()) {
+        r.leaked_blood += hole.blood;
+        r.leaked_iodine += hole.iodine;
+    }
     r.friction_loss = simulation.wire().friction_loss + simulation.wire().rub_loss;
     r.target = place_of(simulation.target() + shift);
     r.target_radius = simulation.scenario().target.radius;

@@ -53,6 +53,8 @@ struct Reading {
     double device_tip_force = 0, device_wall_force = 0;
     std::int64_t contacts = 0;
     double friction_loss = 0;
+    double end_force = 0, leaked_blood = 0, leaked_iodine = 0;
+    std::int64_t dissections = 0, perforations = 0;
     bool settling = false;
     double air_kerma = 0, area_product = 0;
     Place target = {}, shift = {};

@@ -71,6 +71,8 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     const bool hard = wall_forces_.back() >= render::Readout().force_limit;
     if (hard && !pressed_hard_) say("The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
+    if (report.injuries > 0)
+        say(sentence(simulation.injuries().all().back(), simulation), render::Notice::Alarm);
     if (simulation.console().beam_on()) {
         const bool shows = in_open_field(simulation, simulation.tip());
         if (!shows && tip_shows_)

@@ -171,15 +171,15 @@ Score Scorer::finish() const {
 
 namespace {
 
-constexpr double wrong_entry = 5, mishap = 4;  // points each
+constexpr double wrong_entry = 5, mishap = 4, dissection = 15, perforation = 50;  // points each
 
 }  // namespace
 
 const char* const grade_formula =
     "100 points less what each line costs. Time, beam, contrast and travel cost nothing up to their par and "
     "most · (yours / par - 1) above it: at most 25, 25, 10 and 10 points. Each entry into a wrong branch "
-    "costs 5 points, 10 at most; each error of handling costs 4, 20 at most. Without the target there are no "
-    "points.";
+    "costs 5 points, 10 at most; each error of handling costs 4, 20 at most. Each dissection of a wall costs "
+    "15 points, each perforation 50. Without the target there are no points, and never less than none.";
 
 Grade grade(const Score& score, const scenario::Par& par) {
     Grade result;
@@ -198,10 +198,16 @@ Grade grade(const Score& score, const scenario::Par& par) {
     above_par("Contrast", "ml", score.contrast, par.contrast, 10);
     above_par("Travel of the devices", "mm", score.wire_travel, par.wire_travel, 10);
     each("Wrong branches", score.wrong_entries(), wrong_entry, 10);
-    each("Errors of handling", static_cast<double>(score.mishaps.size()), mishap, 20);
+    const auto number = counts(score.mishaps);
+    const int dissections = number[static_cast<std::size_t>(Mishap::Dissection)],
+              perforations = number[static_cast<std::size_t>(Mishap::Perforation)];
+    each("Errors of handling", static_cast<double>(score.mishaps.size()) - dissections - perforations, mishap,
+         20);
+    each("Dissections", dissections, dissection, 100);
+    each("Perforations", perforations, perforation, 100);
     result.points = 100;
     for (const GradeLine& line : result.lines) result.points -= line.cost;
-    if (!result.reached) result.points = 0;
+    result.points = result.reached ? std::max(0.0, result.points) : 0;
     return result;
 }
 

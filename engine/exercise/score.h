@@ -132,8 +132,9 @@ struct Grade {
 /// How points are lost, in words.
 extern const char* const grade_formula;
 
-/// A line above its par costs most · min(1, yours / par − 1); each entry into a wrong branch and each error
-/// of handling costs its points, up to the line's most.
+/// A line above its par costs most · min(1, yours / par − 1); each entry into a wrong branch, each error of
+/// handling and each injury costs its points, up to the line's most. What injuries cost is in proportion to
+/// how many patients die of them (docs/injury.md).
 Grade grade(const Score&, const scenario::Par&);
 
 /// The figures of a score as a par.

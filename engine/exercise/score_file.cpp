@@ -16,10 +16,17 @@ Json or_null(const std::optional<double>& value) {
 
 Json of_mishap(const MishapMark& mark) {
     const auto kind = static_cast<std::size_t>(mark.kind);
-    return {{"error", mishap_ids[kind]}, {"frame", mark.first},
-            {"last_frame", mark.last},   {"time_s", mark.start},
-            {"branch", mark.branch},     {"place_mm", {mark.place.x(), mark.place.y(), mark.place.z()}},
-            {"amount", mark.amount},     {"unit", mishap_units[kind]}};
+    Json json = {{"error", mishap_ids[kind]}, {"frame", mark.first},
+                 {"last_frame", mark.last},   {"time_s", mark.start},
+                 {"branch", mark.branch},     {"place_mm", {mark.place.x(), mark.place.y(), mark.place.z()}},
+                 {"amount", mark.amount},     {"unit", mishap_units[kind]}};
+    if (mark.wall) {
+        json["device"] = script::name_of(mark.wall->device);
+        json["along_branch_mm"] = mark.wall->along;
+        json["threshold_N"] = mark.wall->threshold;
+        json["threshold_source"] = mark.wall->source;
+    }
+    return json;
 }
 
 Json of_handling(const Score& s) {

@@ -110,6 +110,7 @@ void Simulation::reset() {
     breathing_ = {};
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
+    injuries_.clear();
     lay(entry_.points);
     tip_at_start_ = tip();
 }
@@ -311,6 +312,8 @@ StepReport Simulation::step() {
         report.waiting_rotation += m.rotation;
     }
     report.past_vessel_end = tip_has_left();
+    keep_readings(report);
+    report.injuries = look_for_injuries();
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
     report.breath = breathing_.step(time(), 1 / scenario_.frame_rate, scenario_.motion);
@@ -318,8 +321,17 @@ StepReport Simulation::step() {
     report.reset = std::exchange(was_reset_, false);
     if (report.denied.empty()) report.denied = std::move(denied_);
     denied_.clear();
-    keep_readings(report);
     return report;
+}
+
+/// Of the wire shown, which is looked at when it is at rest. The blood leaks where it has gone through.
+int Simulation::look_for_injuries() {
+    if (!hub_ || !readings_.at_rest || readings_.motion.settling) return 0;
+    const int found = injuries_.look(*this);
+    for (const Injury& injury : injuries_.all().last(static_cast<std::size_t>(found)))
+        if (injury.kind == InjuryKind::Perforation)
+            contrast_->pierce(injury.place, injury.outward, injury.diameter);
+    return found;
 }
 
 void Simulation::keep_readings(const StepReport& report) {
@@ -636,7 +648,7 @@ void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
-      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_);
+      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, injuries_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

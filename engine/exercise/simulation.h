@@ -10,6 +10,7 @@
 
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/console.h"
+#include "engine/exercise/injury.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
@@ -47,6 +48,7 @@ struct StepReport : MotionFlags {
     double waiting_insertion = 0;    // asked for but not made yet [mm]
     double waiting_rotation = 0;     // [rad]
     bool reset = false;              // a new attempt began with this frame
+    int injuries = 0;                // new ones: the last of Simulation::injuries()
     ConsoleEvents console;
     scenario::Breathing::Event breath = scenario::Breathing::Event::None;
 };
@@ -136,6 +138,8 @@ public:
     const Console& console() const { return console_; }
     double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
     const blood::ContrastFlow& contrast() const { return *contrast_; }
+    /// Of the attempt. With the paper's relaxers, whose frames need not end at rest, there are none.
+    const Injuries& injuries() const { return injuries_; }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
     const scenario::Breathing& breathing() const { return breathing_; }
@@ -215,6 +219,7 @@ private:
     void show();
     void show_rest(StepReport&);
     void keep_readings(const StepReport&);
+    int look_for_injuries();
     // For a frame with a segment relaxer.
     void move_segments(StepReport&);
     void feed_segments(Motion&, int share, StepReport&);
@@ -253,6 +258,7 @@ private:
     int frames_ = 0;  // since the start or the last reset
     scenario::Breathing breathing_;
     double iodine_ = 0;
+    Injuries injuries_;
     Readings readings_;
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step

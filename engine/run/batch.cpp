@@ -164,7 +164,7 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
     row.cells = names_of(job);
     const auto fail = [&row, none](std::string why) {
         row.cells.resize(4);
-        row.cells.insert(row.cells.end(), 10, none);
+        row.cells.insert(row.cells.end(), 12, none);
         row.cells.emplace_back(std::string());
         row.cells.emplace_back(std::move(why));
         row.failed = true;
@@ -181,10 +181,15 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
             run_headless(asked.scenario, asked.script, out / run_folder(job.number), run);
         interrupted = result.interrupted;
         const exercise::Score& s = result.score;
+        const auto errors = exercise::counts(s.mishaps);
+        const auto number_of = [&](exercise::Mishap kind) {
+            return static_cast<double>(errors[static_cast<std::size_t>(kind)]);
+        };
         for (const double value :
              {static_cast<double>(s.completed), s.completion_time.value_or(none), s.beam_on_time, s.contrast,
               s.wire_travel, s.tip_to_target, s.peak_wall_force, static_cast<double>(s.wrong_entries()),
-              static_cast<double>(s.mishaps.size()), static_cast<double>(s.frames)})
+              static_cast<double>(s.mishaps.size()), number_of(exercise::Mishap::Dissection),
+              number_of(exercise::Mishap::Perforation), static_cast<double>(s.frames)})
             row.cells.emplace_back(value);
         row.cells.emplace_back(io::hash_text(result.state_hash));
         row.cells.emplace_back(std::string());

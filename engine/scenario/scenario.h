@@ -138,6 +138,20 @@ struct TissueChoice {
     void state(geometry::StateStream&);
 };
 
+/// What the wall bears under the end of a device; sources and range in docs/injury.md.
+struct InjurySpec {
+    bool off = false;               // the wall bears everything
+    double perforation = 0.84;      // strength of the wall against shear across its layers [N/mm²]
+    double dissection = 0.17;       // and between them [N/mm²]
+    double wall_over_radius = 0.2;  // thickness of the wall over the vessel's radius [-]
+    /// End-on forces, in place of what follows from the strengths, at every place and for every device [N].
+    std::optional<double> perforation_force, dissection_force;
+
+    void state(geometry::StateStream& s) {
+        s(off, perforation, dissection, wall_over_radius, perforation_force, dissection_force);
+    }
+};
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
@@ -164,6 +178,7 @@ struct Scenario {
     double wall_friction = 1;                              // scales the devices' friction
     WallModel wall_model = WallModel::Auto;
     TissueChoice tissue;
+    InjurySpec injury;
     physics::RelaxerConfig relaxer;
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
     Target target;

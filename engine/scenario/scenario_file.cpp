@@ -200,15 +200,17 @@ std::optional<physics::WallStiffness::Term> read_term(const toml::node& row) {
 /// Below the least modulus the weight of a catheter moves a vessel out of its place.
 constexpr io::Range modulus_range = {0.005, 1e3}, vessel_wall_range = {0, 1e3};
 
+void read_if_given(io::Section& section, std::string_view key, std::optional<double>& value,
+                   io::Range range) {
+    if (!section.find(key)) return;
+    double number = range.least;
+    section.number(key, number, range);
+    value = number;
+}
+
 void read_values(io::Section& section, TissueChoice::Values& values) {
-    const auto read = [&](std::string_view key, std::optional<double>& value, io::Range range) {
-        if (!section.find(key)) return;
-        double number = range.least;
-        section.number(key, number, range);
-        value = number;
-    };
-    read("modulus_N_per_mm2", values.modulus, modulus_range);
-    read("wall_N_per_mm2", values.wall, vessel_wall_range);
+    read_if_given(section, "modulus_N_per_mm2", values.modulus, modulus_range);
+    read_if_given(section, "wall_N_per_mm2", values.wall, vessel_wall_range);
 }
 
 void read_tissue(io::Section section, TissueChoice& tissue) {
@@ -223,6 +225,18 @@ void read_tissue(io::Section section, TissueChoice& tissue) {
         vessel.finish();
         tissue.vessels.push_back(std::move(values));
     }
+    section.finish();
+}
+
+void read_injury(io::Section section, InjurySpec& injury) {
+    if (!section.given()) return;
+    constexpr io::Range strengths = {1e-3, 1e3}, forces = {1e-3, 1e3};
+    section.flag("off", injury.off);
+    section.number("perforation_N_per_mm2", injury.perforation, strengths);
+    section.number("dissection_N_per_mm2", injury.dissection, strengths);
+    section.number("wall_over_radius", injury.wall_over_radius, {0.01, 1});
+    read_if_given(section, "perforation_N", injury.perforation_force, forces);
+    read_if_given(section, "dissection_N", injury.dissection_force, forces);
     section.finish();
 }
 
@@ -513,6 +527,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     read_variation(wall.section("variation", false), s);
     wall.finish();
     read_tissue(top.section("tissue", false), s.tissue);
+    read_injury(top.section("injury", false), s.injury);
     read_relaxer(top.section("relaxer", false), s);
     io::Section target = top.section("target", true);
     target.word("name", s.target.name);

@@ -55,6 +55,12 @@ public:
     void beside(Fields&... fields) {
         if (!hashes()) (field(fields), ...);
     }
+    /// A list that is no part of the hash while it is empty, so that the states of a recording made before
+    /// there was such a list keep their hashes.
+    template <class T>
+    void unless_empty(std::vector<T>& items) {
+        if (!hashes() || !items.empty()) field(items);
+    }
     /// Whether fields are read back.
     virtual bool restores() const { return false; }
 

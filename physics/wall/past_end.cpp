@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace physics {
@@ -107,6 +108,16 @@ RoundCones cones_past(const OpenEnd& end) {
     vessel.narrows = std::max(0.0, r - left) / whole;
     cones.add(vessel);
     return cones;
+}
+
+double radius_past(const OpenEnd& end, const Vec3& x) {
+    const double past = (x - end.centre).dot(end.outward_normal);
+    const Vec3 beside = x - end.centre - past * end.outward_normal;
+    if (past <= 0 || beside.norm() > end.radius) return std::numeric_limits<double>::infinity();
+    if (end.goes_on == Continuation::Sheath) return past < end.length ? 0 : end.radius;
+    if (end.goes_on == Continuation::Root) return end.radius;
+    const double narrows = (end.radius - PastEnd::goes_in) / (PastEnd::narrows_over * end.radius);
+    return std::max(PastEnd::goes_in, end.radius - narrows * past);
 }
 
 std::vector<ContinuedEnd> continued_ends(std::span<const OpenEnd> ends) {

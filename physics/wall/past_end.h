@@ -52,6 +52,10 @@ struct ContinuedEnd {
 };
 std::vector<ContinuedEnd> continued_ends(std::span<const OpenEnd>);
 
+/// Radius of the vessel at a place past an end's plane: an artery narrows; in a sheath, which is no vessel,
+/// 0. Infinity for a place before the plane, or farther from the end's axis than its radius [mm].
+double radius_past(const OpenEnd&, const Vec3&);
+
 /// Past the plane of an open end the wall passes, over one radius (in an aorta's root a third of that), from
 /// the lumen's own section to that of cones_past(). Several cones are one vessel, d = −h ln Σ exp(−dᵢ/h). The
 /// way past the plane and past the last place of a cone starts smoothly, so that energy and force have no

@@ -291,6 +291,7 @@ void Fluoroscope::State::dissolve(const Exposure& exposure, const OrganMoment& o
     }
     if (distal) dissolve_in_distal(exposure);
     for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, organs);
+    add_clouds(pose->arm, exposure.clouds, iodine, iodine_pixels);
 }
 
 namespace {

@@ -15,6 +15,7 @@
 #include "render/xray/detector.h"
 #include "render/xray/display.h"
 #include "render/xray/distal_vessels.h"
+#include "render/xray/iodine_clouds.h"
 #include "render/xray/lumps.h"
 #include "render/xray/materials.h"
 #include "render/xray/volume.h"
@@ -76,7 +77,8 @@ struct Exposure {
     /// At each node of the distal arteries [mg/ml]; empty = none.
     std::vector<float> distal_iodine = {};
     std::vector<OrganIodine> organs = {};
-    double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
+    std::vector<IodineCloud> clouds = {};  // in the tissue, where shift and moves have brought them
+    double wire_iodine = 0.0;              // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
     /// Displacement of the vessels besides, as devices push them aside: of each node of the vessels, and of
@@ -87,7 +89,7 @@ struct Exposure {
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift);
+          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds);
     }
 };
 

@@ -27,7 +27,8 @@ FlowSpec steady(double inflow, double dispersion = 0) {
 
 void expect_balanced(const ContrastFlow& flow) {
     const IodineBalance at = flow.balance();
-    EXPECT_NEAR(at.in_vessels + at.in_organs + at.drained, at.injected, 1e-10 * std::max(1.0, at.injected));
+    EXPECT_NEAR(at.in_vessels + at.in_organs + at.drained + at.leaked, at.injected,
+                1e-10 * std::max(1.0, at.injected));
 }
 
 float iodine_at(const ContrastFlow& flow, const Vec3& x) {
@@ -49,6 +50,44 @@ TEST(ContrastFlow, MixesWithTheBloodThatPasses) {
     EXPECT_EQ(iodine_at(flow, {0, 0, -15}), 0);
     EXPECT_NEAR(flow.injected(), 20, 1e-9);
     expect_balanced(flow);
+}
+
+TEST(ContrastFlow, LeaksThroughAHoleWhatFlowsThereAndKeepsTheBalance) {
+    // Bernoulli's speed at 93 mmHg, 4.84 m/s, times 0.6 of a sharp edge and a quarter of the section.
+    EXPECT_NEAR(leak_rate(0.889), 0.6 * 0.25 * 0.6207 * 4.837, 0.002);
+    EXPECT_NEAR(leak_rate(2 * 0.889), 4 * leak_rate(0.889), 1e-12);
+    ContrastFlow flow(straight_vessel(200, 5), steady(20)), whole(straight_vessel(200, 5), steady(20));
+    flow.pierce({0, 0, -100}, {1, 0, 0}, 0.889);
+    flow.pierce({0.2, 0, -100}, {1, 0, 0}, 0.889);  // the same hole
+    ASSERT_EQ(flow.holes().size(), 1u);
+    for (ContrastFlow* each : {&flow, &whole}) each->inject({Vec3(0, 0, -20), 5, 50, 300});
+    for (int f = 0; f < 120; ++f) {
+        flow.step(frame);
+        whole.step(frame);
+        expect_balanced(flow);
+    }
+    const Hole& hole = flow.holes()[0];
+    EXPECT_NEAR(hole.blood, 8 * leak_rate(0.889), 1e-9);
+    // Steady since the bolus has come: blood of 60 mg/ml, from about 4 s on.
+    const double before = hole.iodine;
+    flow.step(frame);
+    EXPECT_NEAR(hole.iodine - before, leak_rate(0.889) * frame * 60, 1e-3 * before);
+    EXPECT_GT(hole.iodine, 2 * leak_rate(0.889) * 60);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, -150}), iodine_at(whole, {0, 0, -150}), 0.5);
+    // What has leaked stays; a hole takes no more than half of what flows.
+    for (int f = 0; f < 600; ++f) flow.step(frame);
+    EXPECT_GE(flow.balance().leaked, before);
+    expect_balanced(flow);
+    ContrastFlow small(straight_vessel(50, 2), steady(0.4));
+    small.pierce({0, 0, -25}, {1, 0, 0}, 5);
+    small.inject({Vec3(0, 0, -5), 0.5, 2, 300});
+    for (int f = 0; f < 300; ++f) small.step(frame);
+    EXPECT_NEAR(small.holes()[0].blood, 20 * 0.2, 1e-9);
+    EXPECT_GT(small.balance().leaked, 0.1 * small.balance().injected);
+    expect_balanced(small);
+    for (const float c : small.iodine()) EXPECT_GE(c, 0);
+    small.reset();
+    EXPECT_TRUE(small.holes().empty());
 }
 
 TEST(ContrastFlow, ArrivesAfterTheVolumeOnTheWayOverTheFlow) {
