@@ -19,6 +19,7 @@ const Study studies[] = {
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
     {"patients", "Are the generator's patients those of published populations?", run_patients},
     {"robustness", "Does anything a hand may do break the wire?", run_robustness},
+    {"hands", "Do devices answer the hand as they do in life?", run_hands},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
     {"devices", "What do friction and torsion do, and what do they cost?", run_devices},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},

@@ -26,6 +26,10 @@ StudyResult run_patients(const StudyOptions&);
 /// options.scenarios and in the meshes of options.real_meshes, where these exist; quick: 300 and 150. The
 /// same on any number of threads, times aside.
 StudyResult run_robustness(const StudyOptions&);
+/// Thirteen things that devices do in hands, from whip to wedge, in exercises that ship, beside published
+/// sizes; what 20 000 frames of hands at the speeds of physicians feel; the balance of energy. quick: longer
+/// steps and 200 frames. The same on any number of threads.
+StudyResult run_hands(const StudyOptions&);
 /// What choosing λ by the anatomy and coarsening the wire where it is straight save, and what they cost in
 /// accuracy.
 StudyResult run_economy(const StudyOptions&);

@@ -1,0 +1,50 @@
+#pragma once
+/// Thirteen things that devices do in hands, each made by a small manipulation in an exercise that ships, and
+/// measured by what the simulation reads. Nothing in the simulation knows of them.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/studies/hands_course.h"
+
+namespace studies {
+
+/// A device as it lies at a moment of the course.
+struct DrawnPath {
+    std::string moment, device;
+    Polyline points;
+};
+
+/// What came of one manipulation.
+struct BehaviourRun {
+    std::string behaviour;           // of published_sizes()
+    std::string scenario, devices;   // where, and with what
+    std::string manipulation;        // a sentence
+    double measured = std::nan("");  // in the unit of its published size
+    bool appears = false;            // whether the behaviour was seen at all, whatever its size
+    std::string note;                // what else was measured
+    std::vector<HandSample> samples;
+    std::size_t device = 0;  // whose curve is drawn
+    HandBalance balance;
+    std::vector<DrawnPath> paths;
+    std::vector<geometry::CentrelineBranch> vessels;
+};
+
+using Behaviour = BehaviourRun (*)(const StudyOptions&);
+/// In the order of published_sizes(). A quick study makes longer steps where nothing is measured.
+std::span<const Behaviour> behaviours();
+
+/// The farthest that a device's tip went back along its own direction while its hub was pushed on, over the
+/// samples from `first` on; where it began and how far it had come there [mm].
+struct WayBack {
+    double length = 0;  // [mm]
+    std::size_t from = 0, to = 0;
+};
+WayBack way_back(std::span<const HandSample>, std::size_t device, std::size_t first);
+
+/// Distance across a loop of the path, `behind` its farthest point in the direction that it came from; not a
+/// number where it does not come back so far [mm].
+double loop_width(const Polyline&, const Vec3& direction, double behind);
+
+}  // namespace studies

@@ -1,0 +1,280 @@
+#include "engine/studies/hands_plots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/studies/hands_published.h"
+
+namespace studies {
+namespace {
+
+using geometry::degree;
+
+constexpr std::size_t most_rows = 1500;  // of a behaviour
+
+/// What the picture of a behaviour shows beside the drawing; columns of curve_table().
+struct Curve {
+    const char *behaviour, *x, *y;
+    const char *x_label, *y_label;
+    int first_chapter = 0;
+    /// Where the published range stands: in y itself, below the curve's highest point, or above its first.
+    enum class Band { None, Itself, BelowTop, AboveStart } band = Band::None;
+    const char* view = "x:z";  // of the drawing
+    int last_chapter = 99;
+};
+
+const Curve curves[] = {
+    {"whip", "turned_deg", "tip_direction_deg", "hub turned [deg]",
+     "direction of the tip against the first [deg]", 1, Curve::Band::None, "x:z", 1},
+    {"wind-up", "turned_deg", "tip_roll_deg", "hub turned [deg]", "tip turned about its axis [deg]", 1},
+    {"stick-slip", "inserted0_mm", "push0_N", "wire inside [mm]", "push at the hub [N]", 1},
+    {"prolapse", "inserted0_mm", "tip_way_mm", "wire inside [mm]", "way of the tip [mm]", 0},
+    {"buckling", "inserted0_mm", "push0_N", "wire inside [mm]", "push at the hub [N]", 0,
+     Curve::Band::Itself},
+    {"kick-back", "inserted0_mm", "tip_way_mm", "wire inside [mm]",
+     "way of the tip of the microcatheter [mm]", 1, Curve::Band::BelowTop},
+    {"deep seating", "inserted1_mm", "push1_N", "catheter past the ostium [mm]", "push at its hub [N]", 1},
+    {"drag", "inserted1_mm", "inserted0_mm", "catheter inside [mm]", "wire inside [mm]", 1},
+    {"release", "inserted0_mm", "push0_N", "wire inside [mm]", "push at the hub [N]", 0},
+    {"Simmons", "inserted1_mm", "push1_N", "catheter inside [mm]", "push at its hub [N]", 1},
+    {"root loop", "inserted0_mm", "push0_N", "wire inside [mm]", "push at the hub [N]", 0},
+    {"straightening", "inserted0_mm", "vessel_moved_mm", "wire inside [mm]",
+     "farthest that a vessel has moved [mm]", 0, Curve::Band::Itself},
+    {"wedge", "inserted0_mm", "push0_N", "wire inside [mm]", "push at the hub [N]", 0},
+};
+
+const Curve& curve_of(const std::string& behaviour) {
+    return *std::find_if(std::begin(curves), std::end(curves),
+                         [&](const Curve& c) { return behaviour == c.behaviour; });
+}
+
+const std::vector<std::string>& curve_columns() {
+    static const std::vector<std::string> columns = {"behaviour",         "step",         "part",
+                                                     "inserted0_mm",      "inserted1_mm", "inserted2_mm",
+                                                     "push0_N",           "push1_N",      "push2_N",
+                                                     "turned_deg",        "torque_N_mm",  "tip_roll_deg",
+                                                     "tip_direction_deg", "tip_way_mm",   "vessel_moved_mm",
+                                                     "contact_N",         "work_N_mm",    "stored_N_mm",
+                                                     "friction_N_mm",     "jumps_N_mm"};
+    return columns;
+}
+
+int column(const char* name) {
+    const auto& all = curve_columns();
+    return 1 + static_cast<int>(std::find(all.begin(), all.end(), name) - all.begin());
+}
+
+/// With a space before it; nothing for a plain number.
+std::string unit_of(const PublishedSize& p) {
+    return p.unit == "1" ? std::string() : fmt::format(" {}", p.unit);
+}
+
+/// One word, for file names.
+std::string slug(std::string text) {
+    std::replace(text.begin(), text.end(), ' ', '-');
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+}
+
+/// Values of y in the part that is shown.
+std::vector<double> shown(const io::Table& table, const Curve& c) {
+    std::vector<double> values;
+    for (std::size_t r = 0; r < table.rows.size(); ++r)
+        if (table.word(r, "behaviour") == c.behaviour && table.number(r, "part") >= c.first_chapter)
+            values.push_back(table.number(r, c.y));
+    return values;
+}
+
+std::string band(const Curve& c, const PublishedSize& p, const io::Table& table) {
+    const std::vector<double> values = shown(table, c);
+    if (c.band == Curve::Band::None || !p.known() || values.empty()) return "";
+    double low = p.low, high = p.high;
+    if (c.band == Curve::Band::BelowTop) {
+        const double top = *std::max_element(values.begin(), values.end());
+        low = top - p.high, high = top - p.low;
+    }
+    return fmt::format(
+        "set object 1 rectangle from graph 0, first {:g} to graph 1, first {:g} fc rgb '#009E73' fs "
+        "transparent "
+        "solid 0.15 noborder behind\nset label 1 'published {:g} to {:g}' at graph 0.02, first {:g} offset "
+        "0,0.8 tc rgb '#00704f'\n",
+        low, high, p.low, p.high, c.band == Curve::Band::BelowTop ? high : low,
+        c.band == Curve::Band::BelowTop ? -0.8 : 0.8);
+}
+
+/// What the devices cover and a margin, neither side less than 0.6 of the other, so that axes can be read.
+std::string range_of_drawing(const BehaviourRun& run, int across, int up) {
+    constexpr double margin = 12, least_share = 0.6;
+    Vec3 low = Vec3::Constant(1e9), high = -low;
+    for (const DrawnPath& path : run.paths)
+        for (const Vec3& x : path.points) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    for (const auto& [narrow, wide] : {std::pair{across, up}, {up, across}})
+        if (const double lacks = least_share * (high[wide] - low[wide]) - (high[narrow] - low[narrow]);
+            lacks > 0)
+            low[narrow] -= 0.5 * lacks, high[narrow] += 0.5 * lacks;
+    return fmt::format("set xrange [{:.0f}:{:.0f}]\nset yrange [{:.0f}:{:.0f}]\n", low[across] - margin,
+                       high[across] + margin, low[up] - margin, high[up] + margin);
+}
+
+/// The devices at the moments that were kept, in the vessels.
+void draw(io::Plot& plot, const BehaviourRun& run, const std::string& view, const std::string& mine) {
+    const int across = view[0] - 'x', up = view[2] - 'x';  // coordinates
+    plot.commands += fmt::format(
+        "unset object 1\nunset label 1\nset key on outside below noenhanced\nset size ratio -1\nset xlabel "
+        "'{} [mm]'\nset ylabel '{} [mm]'\nset title '{}, {}' noenhanced\n{}plot ",
+        view[0], view[2], run.scenario, run.devices, range_of_drawing(run, across, up));
+    plot.curve(
+        fmt::format("'hands_vessels.csv' skip 1 using ({} ? ${} : 1/0):{}:5 with circles fc rgb "
+                    "'#e9d8d4' fs solid noborder title 'vessels'",
+                    mine, 2 + across, 2 + up));
+    const char* colours[] = {"#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
+    for (std::size_t k = 0; k < run.paths.size(); ++k)
+        plot.curve(
+            fmt::format("'hands_paths.csv' skip 1 using ({} && strcol(2) eq '{}' && strcol(3) eq '{}' ? ${} "
+                        ": 1/0):{} with "
+                        "lines lw {} lc rgb '{}' title '{} {}'",
+                        mine, run.paths[k].moment, run.paths[k].device, 4 + across, 4 + up,
+                        run.paths[k].device == "wire" ? 1.5 : 3.5, colours[k % std::size(colours)],
+                        run.paths[k].device, run.paths[k].moment));
+}
+
+io::Plot picture(const BehaviourRun& run, const io::Table& table) {
+    const Curve& c = curve_of(run.behaviour);
+    const PublishedSize& p = published_size(run.behaviour);
+    io::Plot plot{"hands_" + slug(run.behaviour), "", 1150, 520};
+    const std::string range = p.known() && p.same_kind ? fmt::format("published {:g} to {:g}", p.low, p.high)
+                              : p.known() ? fmt::format("of another course {:g} to {:g}", p.low, p.high)
+                                          : "no published size";
+    const std::string mine = fmt::format("strcol(1) eq '{}'", run.behaviour);
+    plot.commands = fmt::format(
+        "set multiplot layout 1,2 title '{}: {:.3g}{} ({})' noenhanced\nset grid lc rgb '#dddddd'\nset key "
+        "noenhanced\nset xlabel '{}'\nset ylabel '{}'\nset title 'What the hand does and feels' "
+        "noenhanced\n{}set key off\nplot 'hands_curves.csv' skip 1 using ({} && ${} >= {} && ${} <= {} ? ${} "
+        ": 1/0):{} with lines lw 2 lc rgb '#0072B2'\n",
+        run.behaviour, run.measured, unit_of(p), range, c.x_label, c.y_label, band(c, p, table), mine,
+        column("part"), c.first_chapter, column("part"), c.last_chapter, column(c.x), column(c.y));
+    draw(plot, run, c.view, mine);
+    plot.commands += "\nunset multiplot\n";
+    plot.caption = fmt::format("{}: {}. {}. {}", run.behaviour, p.measure, run.manipulation, run.note);
+    return plot;
+}
+
+/// Each size over its published range: inside between the lines at 0 and 1.
+io::Plot overview(std::span<const BehaviourRun> runs) {
+    io::Plot plot{"hands", "", 1000, 560};
+    std::string rows, tics;
+    int y = static_cast<int>(runs.size());
+    for (const BehaviourRun& run : runs) {
+        const PublishedSize& p = published_size(run.behaviour);
+        std::string text = fmt::format("{}: {:.3g}{}", run.behaviour, run.measured, unit_of(p));
+        if (!run.appears) text += ", does not appear";
+        text += !p.known()     ? " (no published size)"
+                : !p.same_kind ? fmt::format(" ({:g} to {:g} of another course)", p.low, p.high)
+                               : fmt::format(" ({:g} to {:g})", p.low, p.high);
+        tics += fmt::format("{}'{}' {}", tics.empty() ? "" : ", ", text, y);
+        const double at = p.known() && std::isfinite(run.measured) ? (run.measured - p.low) / (p.high - p.low)
+                                                                   : std::nan("");
+        const int kind = !p.known() || !run.appears ? 2 : p.same_kind ? 0 : 1;
+        if (std::isfinite(at)) rows += fmt::format("{:.4g} {} {}\n", std::clamp(at, -0.6, 1.6), y, kind);
+        --y;
+    }
+    plot.commands = fmt::format(
+        "$sizes << EOD\n{}EOD\nset datafile separator whitespace\nset grid lc rgb '#dddddd'\nset xrange "
+        "[-0.7:1.7]\nset yrange [0.3:{}]\nset ytics noenhanced ({})\nset xtics ('low end' 0, 'high end' "
+        "1)\nset "
+        "xlabel 'size in its published range'\nset object 1 rectangle from 0, graph 0 to 1, graph 1 fc rgb "
+        "'#009E73' fs transparent solid 0.15 noborder behind\nset key outside below\nset bmargin 6\nset "
+        "title 'What devices do in "
+        "hands, beside published sizes'\nplot $sizes using ($3 == 0 ? $1 : 1/0):2 with points pt 7 ps 1.8 lc "
+        "rgb '#0072B2' title 'of this kind of course', $sizes using ($3 == 1 ? $1 : 1/0):2 with points pt 6 "
+        "ps "
+        "1.8 lw 2 lc rgb '#D55E00' title 'of another course: not counted'\n",
+        rows, runs.size() + 0.7, tics);
+    plot.caption =
+        "Every size of the study in its published range, shaded. A point beyond an end of the axis is as far "
+        "or farther out. Rows without a point have no published size, or did not appear.";
+    return plot;
+}
+
+}  // namespace
+
+io::Table curve_table(std::span<const BehaviourRun> runs) {
+    io::Table table{"hands_curves", curve_columns()};
+    for (const BehaviourRun& run : runs) {
+        const std::size_t every = 1 + run.samples.size() / most_rows;
+        double way = 0;
+        Vec3 first = Vec3::Zero();
+        int chapter = -1;
+        for (std::size_t k = 0; k < run.samples.size(); ++k) {
+            const HandSample& s = run.samples[k];
+            const HandReading& r = s.devices[run.device];
+            if (k > 0) {
+                const HandReading& before = run.samples[k - 1].devices[run.device];
+                way += (r.tip - before.tip).dot(before.along);
+            }
+            if (s.chapter != chapter) chapter = s.chapter, first = r.along;
+            const bool jumps = s.jumped || (k + 1 < run.samples.size() && run.samples[k + 1].jumped);
+            if (k % every != 0 && !jumps && k + 1 != run.samples.size()) continue;
+            const auto of = [&](std::size_t d, auto member) {
+                return io::TableCell(d < s.devices.size() ? s.devices[d].*member : 0.0);
+            };
+            table.add({run.behaviour,
+                       k,
+                       s.chapter,
+                       of(0, &HandReading::inserted),
+                       of(1, &HandReading::inserted),
+                       of(2, &HandReading::inserted),
+                       of(0, &HandReading::push),
+                       of(1, &HandReading::push),
+                       of(2, &HandReading::push),
+                       r.turned / degree,
+                       r.torque,
+                       r.tip_roll / degree,
+                       std::acos(std::clamp(r.along.dot(first), -1.0, 1.0)) / degree,
+                       way,
+                       s.vessel_moved,
+                       s.contact_force,
+                       s.work,
+                       s.stored,
+                       s.friction,
+                       s.jumps});
+        }
+    }
+    return table;
+}
+
+io::Table path_table(std::span<const BehaviourRun> runs) {
+    io::Table table{"hands_paths", {"behaviour", "moment", "device", "x_mm", "y_mm", "z_mm"}};
+    for (const BehaviourRun& run : runs)
+        for (const DrawnPath& path : run.paths) {
+            for (const Vec3& x : path.points)
+                table.add({run.behaviour, path.moment, path.device, x.x(), x.y(), x.z()});
+        }
+    return table;
+}
+
+io::Table vessel_table(std::span<const BehaviourRun> runs) {
+    io::Table table{"hands_vessels", {"behaviour", "x_mm", "y_mm", "z_mm", "radius_mm"}};
+    for (const BehaviourRun& run : runs)
+        for (const geometry::CentrelineBranch& branch : run.vessels) {
+            double since = 1e9;
+            for (std::size_t k = 0; k < branch.points.size(); ++k) {
+                if (k > 0) since += (branch.points[k] - branch.points[k - 1]).norm();
+                if (since < 0.3 * branch.radii[k]) continue;
+                const Vec3& x = branch.points[k];
+                table.add({run.behaviour, x.x(), x.y(), x.z(), branch.radii[k]});
+                since = 0;
+            }
+        }
+    return table;
+}
+
+std::vector<io::Plot> hand_plots(std::span<const BehaviourRun> runs) {
+    std::vector<io::Plot> plots = {overview(runs)};
+    const io::Table table = curve_table(runs);
+    for (const BehaviourRun& run : runs) plots.push_back(picture(run, table));
+    return plots;
+}
+
+}  // namespace studies

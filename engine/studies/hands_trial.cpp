@@ -1,0 +1,117 @@
+#include "engine/studies/hands_trial.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace studies {
+namespace {
+
+std::vector<scenario::Override> keys(const std::string& section,
+                                     std::initializer_list<std::pair<const char*, double>> values) {
+    std::vector<scenario::Override> list;
+    for (const auto& [key, value] : values) list.push_back({section + "." + key, fmt::format("{}", value)});
+    return list;
+}
+
+}  // namespace
+
+std::vector<scenario::Override> hydrophilic_wire(double diameter_in) {
+    const bool thin = diameter_in < 0.02;
+    return keys("guidewire", {{"static_friction", 0.06},
+                              {"valve_friction_N", thin ? 0.05 : 0.1},
+                              {"static_valve_friction_N", thin ? 0.07 : 0.14}});
+}
+
+std::vector<scenario::Override> ptfe_wire() {
+    return keys("guidewire",
+                {{"static_friction", 0.15}, {"valve_friction_N", 0.1}, {"static_valve_friction_N", 0.14}});
+}
+
+std::vector<scenario::Override> microcatheter_surfaces() {
+    return keys("microcatheter", {{"static_friction", 0.075},
+                                  {"inner_friction", 0.05},
+                                  {"static_inner_friction", 0.0625},
+                                  {"valve_friction_N", 0.1},
+                                  {"static_valve_friction_N", 0.14}});
+}
+
+std::vector<scenario::Override> polymer_catheter() {
+    return keys("catheter", {{"static_friction", 0.26},
+                             {"inner_friction", 0.1},
+                             {"static_inner_friction", 0.13},
+                             {"valve_friction_N", 0.2},
+                             {"static_valve_friction_N", 0.28}});
+}
+
+std::vector<scenario::Override> lined_guide() {
+    return keys("catheter", {{"static_friction", 0.26},
+                             {"inner_friction", 0.05},
+                             {"static_inner_friction", 0.0625},
+                             {"valve_friction_N", 0.2},
+                             {"static_valve_friction_N", 0.28}});
+}
+
+std::vector<scenario::Override> with(std::initializer_list<std::vector<scenario::Override>> lists) {
+    std::vector<scenario::Override> all;
+    for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
+    return all;
+}
+
+Trial::Trial(const StudyOptions& options, const std::string& behaviour, const HandScene& scene,
+             const std::string& devices, const std::string& manipulation)
+    : course(options, scene), quick_(options.quick) {
+    run_.behaviour = behaviour, run_.scenario = scene.scenario, run_.devices = devices;
+    run_.manipulation = manipulation;
+    far_steps();
+}
+
+void Trial::draw(const std::string& moment) {
+    for (const scenario::PlacedDevice& device : course.simulation().devices())
+        if (const Polyline path = course.path(device.role); path.size() > 1)
+            run_.paths.push_back({moment, std::string(script::name_of(device.role)), path});
+}
+
+Trial::Place Trial::place_of(const Vec3& x) const {
+    double deepest = std::numeric_limits<double>::infinity();
+    Place place;
+    for (const geometry::CentrelineBranch& branch : course.simulation().anatomy().branches) {
+        double along = 0;
+        for (std::size_t k = 0; k < branch.points.size(); ++k) {
+            if (k > 0) along += (branch.points[k] - branch.points[k - 1]).norm();
+            if (const double out = (x - branch.points[k]).norm() - branch.radii[k]; out < deepest)
+                deepest = out, place = {branch.name, along};
+        }
+    }
+    return place;
+}
+
+double Trial::leg_in_ascending_aorta(const Polyline& path) const {
+    constexpr double ascending = 90, end = 120;  // [mm]
+    std::size_t lowest = path.size() - 1;
+    double s = 0;
+    for (std::size_t k = path.size() - 1; k > 0 && s < end; --k) {
+        if (path[k].z() < path[lowest].z()) lowest = k;
+        s += (path[k] - path[k - 1]).norm();
+    }
+    const Place at = place_of(path[lowest]);
+    return at.vessel == "aorta" && at.along < ascending ? path.back().z() - path[lowest].z() : 0.0;
+}
+
+double Trial::past_junction(const Polyline& path) const {
+    double past = 0;
+    for (const geometry::OpenEnd& end : course.simulation().anatomy().openings())
+        if (end.goes_on == geometry::Continuation::Root)
+            for (const Vec3& x : path) past = std::max(past, end.beyond(x));
+    return past;
+}
+
+BehaviourRun Trial::finish(double measured, bool appears, const std::string& note, script::Held shown) {
+    run_.measured = measured, run_.appears = appears, run_.note = note;
+    run_.samples = course.samples();
+    run_.device = course.at(shown);
+    run_.balance = course.balance();
+    run_.vessels = course.simulation().anatomy().branches;
+    return std::move(run_);
+}
+
+}  // namespace studies

@@ -1,0 +1,56 @@
+#pragma once
+/// What the manipulations of the study of hands share.
+
+#include <string>
+#include <vector>
+
+#include "engine/studies/hands_behaviours.h"
+
+namespace studies {
+
+/// Surfaces of docs/friction-values.md, for a device's section of a scenario.
+std::vector<scenario::Override> hydrophilic_wire(double diameter_in);
+std::vector<scenario::Override> ptfe_wire();
+std::vector<scenario::Override> microcatheter_surfaces();
+std::vector<scenario::Override> polymer_catheter();  // 4F to 6F without a liner
+std::vector<scenario::Override> lined_guide();
+
+/// All of some lists of values.
+std::vector<scenario::Override> with(std::initializer_list<std::vector<scenario::Override>>);
+
+/// A course, and what is written of it.
+class Trial {
+public:
+    Trial(const StudyOptions&, const std::string& behaviour, const HandScene&, const std::string& devices,
+          const std::string& manipulation);
+
+    HandCourse course;
+    /// Keeps where every device lies now.
+    void draw(const std::string& moment);
+    /// Steps for the way to where something is measured.
+    void far_steps() { course.feed_step = quick_ ? 1.0 : 0.5; }
+    void fine_steps() { course.feed_step = quick_ ? 0.25 : 0.1; }
+    /// The vessel that holds the place deepest.
+    struct Place {
+        std::string vessel;
+        double along = 0;  // from its start [mm]
+    };
+    Place place_of(const Vec3&) const;
+    std::string vessel_at(const Vec3& x) const { return place_of(x).vessel; }
+    /// The lowest place of a path past the plane at which the aortic root begins [mm].
+    double past_junction(const Polyline&) const;
+    /// The cusps' lowest places lie 21 mm below the sinotubular junction (Schäfers 2006), and the wall rounds
+    /// them; past this is the ventricle [mm].
+    static constexpr double depth_of_root = 23;
+    /// How far the end of the path rises again above its lowest place, where that is in the ascending aorta,
+    /// within 90 mm of the root along the vessel; else 0 [mm].
+    double leg_in_ascending_aorta(const Polyline&) const;
+    BehaviourRun finish(double measured, bool appears, const std::string& note,
+                        script::Held shown = script::Held::Wire);
+
+private:
+    BehaviourRun run_;
+    bool quick_;
+};
+
+}  // namespace studies
