@@ -22,9 +22,11 @@ physics::Chain chain_of(const scenario::Scenario& s, std::span<const scenario::P
         device.spec = spec_of(s, devices[k].device);
         device.inserted = devices[k].inserted;
         device.roll = devices[k].roll;
+        device.outside = s.relaxer.kind == physics::RelaxerKind::Global ? s.hand_distance : 0;
         if (!before) continue;
         const physics::Device& was = before->devices[k];
         device.inserted = was.inserted;
+        device.outside = was.outside;
         device.roll = was.angle_at(before->segments());
         device.windup = was.wound_up();
     }
@@ -39,6 +41,7 @@ physics::Chain chain_of(const scenario::Scenario& s, std::span<const scenario::P
 void exchange(physics::Chain& chain, int device, const scenario::Scenario& s, const scenario::Device& by) {
     physics::Device& placed = chain.devices[device];
     placed = {};
+    placed.outside = s.hand_distance;
     placed.spec = spec_of(s, by);
     physics::assign(chain);
     if (chain.grips.empty()) physics::start_grips(chain);

@@ -18,6 +18,7 @@ std::string missing_device(const script::Command& command, const scenario::Scena
     if (const auto* c = std::get_if<script::Advance>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Withdraw>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Rotate>(&command)) of(c->held);
+    if (const auto* c = std::get_if<script::Grip>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Inject>(&command); c && c->branch.empty()) of(c->through);
     if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? Held::Catheter : c->held);
     if (std::holds_alternative<script::Exchange>(command) && alone) of(Held::Catheter);

@@ -39,7 +39,7 @@ void Handling::begin(const Simulation& simulation) {
     std::vector<Feed> devices;
     for (const scenario::PlacedDevice& placed : simulation.devices()) {
         Feed& feed = devices.emplace_back();
-        feed.inserted = simulation.inserted(placed.role);
+        feed.inserted = simulation.inserted(placed.role) + simulation.hand(placed.role).bow;
         feed.stops.push_back({0, simulation.tip_of(placed.role).at});
     }
     marks_.clear();
@@ -99,7 +99,9 @@ void Handling::note_injuries(const Frame& frame) {
 
 /// What has been fed in vain so far, if the hand feeds on in this frame; else 0 [mm].
 double Handling::stuck(Feed& feed, script::Held held, const Simulation& simulation) const {
-    const double inserted = simulation.inserted(held), change = inserted - feed.inserted;
+    // What has bowed the shaft outside has been fed in vain, too.
+    const double inserted = simulation.inserted(held) + simulation.hand(held).bow,
+                 change = inserted - feed.inserted;
     feed.inserted = inserted;
     if (change < 0) {
         feed.stops.clear();

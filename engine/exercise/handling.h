@@ -108,7 +108,7 @@ private:
             geometry::Vec3 tip = geometry::Vec3::Zero();
             void state(geometry::StateStream& s) { s(fed, tip); }
         };
-        double inserted = 0;     // as of the last frame [mm]
+        double inserted = 0;     // and in the bow outside, as of the last frame [mm]
         std::deque<Stop> stops;  // the last `stuck_feed` of it and one before; never empty
         double in_vain = 0;      // fed since the tip last went on [mm]
         void state(geometry::StateStream& s) { s(inserted, stops, in_vain); }

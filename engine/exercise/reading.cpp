@@ -34,6 +34,8 @@ constexpr Field table[] = {
      &R::push},
     {"torque_Nmm", "torque_N_mm", "N mm", "torque with which the hand holds the hub: of the wire shown",
      &R::torque},
+    {"bow_mm", "bow_mm", "mm",
+     "what the hand has fed that has not gone in, because the shaft outside has bowed", &R::bow},
     {"tip_force_N", "", "N", "force of the last joint of the chain of devices on the wall", &R::tip_force},
     {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
     {"vessel_moved_mm", "vessel_moved_mm", "mm", "the farthest that a joint has pushed a vessel aside",
@@ -146,6 +148,7 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
         r.turned.of[k] = hand.turned / geometry::degree;
         r.push.of[k] = hand.load.push;
         r.torque.of[k] = hand.load.torque;
+        r.bow.of[k] = hand.bow;
     }
     r.tip = place_of(tip.at + shift);
     r.direction = place_of(tip.along);

@@ -48,7 +48,7 @@ struct Reading {
     Place tip = {}, direction = {};
     Branch branch = Branch::None;
     double along = 0, path_to_target = absent, tip_to_target = 0;
-    OfDevices push, torque;
+    OfDevices push, torque, bow;
     double tip_force = 0, wall_force = 0, vessel_moved = 0;
     double device_tip_force = 0, device_wall_force = 0;
     std::int64_t contacts = 0;

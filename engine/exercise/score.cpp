@@ -121,10 +121,10 @@ void Scorer::observe_wall(const Frame& frame) {
         sum += contact.force();
         largest = std::max(largest, contact.force());
         score_.peak_wall_force = std::max(score_.peak_wall_force, contact.force());
-        if (contact.penetration > score_.deepest.penetration) {
-            score_.deepest = {contact.penetration, static_cast<int>(i), frame.time.index, contact.stiffness,
+        // In the wall, wherever its vessel has gone.
+        if (const double depth = contact.pressed_in(); depth > score_.deepest.penetration)
+            score_.deepest = {depth, static_cast<int>(i), frame.time.index, contact.force() / depth,
                               contact.force()};
-        }
     }
     score_.wall_force_impulse += sum * frame_time_;
     force_sum_ += largest;

@@ -10,6 +10,7 @@
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
+#include "physics/wall/astray.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
 
@@ -33,9 +34,10 @@ constexpr double parts_in_mean = 8;  // about a frame's, so that it follows the 
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
-/// Corrections of what friction moves after each part of a motion.
-constexpr int most_drags = 8;
-constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
+/// The shaft outside has bowed visibly where less of what a hand feeds goes in.
+constexpr double hardly = 0.5;
+constexpr double any_push = 1e9;  // [N]
+constexpr double lost = 1e-3;     // gradient of a wire that came to no rest [-]
 
 /// Sums the reports of a frame, whose sharpest bend counts and not the last.
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
@@ -131,7 +133,7 @@ void Simulation::make_relaxers() {
     physics::RelaxerConfig config = scenario_.relaxer;
     if (global && !wall_->smooth()) config.tolerance = std::max(config.tolerance, tolerance_of_planes);
     if (global)
-        hub_ = std::make_unique<physics::Hub>(config, *wall_, scenario::free_shaft);
+        hub_ = std::make_unique<physics::Hub>(config, *wall_);
     else
         relaxer_ = physics::make_relaxer(config, *wall_);
 }
@@ -141,7 +143,9 @@ void Simulation::make_relaxers() {
 void Simulation::lay(const geometry::Polyline& path, const physics::Chain* before) {
     make_relaxers();
     deepest_crossing_ = usual_work_ = part_work_ = 0;
+    push_before_ = 0;
     drags_ = {};
+    outside_.reset(devices_, scenario_.hand_distance);
     StepReport ignored;
     physics::Chain laid = chain_of(scenario_, devices_, path, before);
     if (hub_) {
@@ -250,21 +254,22 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
 struct Simulation::Apply {
     Simulation& at;
     void operator()(const script::Advance& c) const {
-        at.waiting_.push_back({c.length, 0, at.device_of(c.held), false, {}, false});
+        at.waiting_.push_back({c.length, 0, at.device_of(c.held)});
     }
     void operator()(const script::Withdraw& c) const {
-        at.waiting_.push_back({-c.length, 0, at.device_of(c.held), false, {}, false});
+        at.waiting_.push_back({-c.length, 0, at.device_of(c.held)});
     }
     void operator()(const script::Rotate& c) const {
-        at.waiting_.push_back({0, c.angle, at.device_of(c.held), false, {}, false});
+        at.waiting_.push_back({0, c.angle, at.device_of(c.held)});
     }
     void operator()(const script::Remove& c) const {
-        at.waiting_.push_back({0, 0, at.device_of(c.held), true, {}, false});
+        at.waiting_.push_back({0, 0, at.device_of(c.held), true});
     }
     void operator()(const script::Exchange& c) const {
         static_cast<void>(wire_of_catalogue(c.device, at.scenario_));
-        at.waiting_.push_back({0, 0, 0, false, c.device, false});
+        at.waiting_.push_back({0, 0, 0, false, c.device});
     }
+    void operator()(const script::Grip& c) const { at.grip(*at.scenario_.index_of(c.held), c.distance); }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
     void operator()(const script::Inject& c) const {
         if (c.branch.empty()) return at.inject_through(c);
@@ -351,79 +356,38 @@ Vec3 Simulation::vessel_shift() const {
     return scenario_.motion.at(time(), breathing_.clock(time()));
 }
 
-double Simulation::farthest_vessel_move() const {
-    double farthest = 0;
-    for (const physics::WallContact& c : contacts_) farthest = std::max(farthest, c.given.norm());
-    return farthest;
-}
-
-/// Of the vessels under the forces of the wire shown; empty where they do not move.
-std::optional<physics::Foundation::Displacement> Simulation::displacement() const {
-    if (!wall_->foundation()) return {};
-    const std::vector<physics::Foundation::Load> loads = physics::vessel_loads(wire_, contacts_);
-    if (loads.empty()) return {};
-    return wall_->foundation()->displacement(loads);
-}
-
-/// The displacement of places, whose stations are found when they are not known.
-std::vector<Eigen::Vector3f> Simulation::moved(const physics::Foundation& foundation,
-                                               const physics::Foundation::Displacement& by,
-                                               std::span<const Vec3> places, std::vector<int>& stations) {
-    if (stations.empty())
-        for (const Vec3& place : places) stations.push_back(foundation.tree().locate(place, -1));
-    std::vector<Eigen::Vector3f> moves(places.size());
-    for (std::size_t k = 0; k < places.size(); ++k)
-        moves[k] = foundation.at(by, stations[k], places[k]).cast<float>();
-    return moves;
-}
-
-std::vector<Eigen::Vector3f> Simulation::lumen_moves() const {
-    const auto by = displacement();
-    if (!by) return {};
-    return moved(*wall_->foundation(), *by, anatomy_->lumen.vertices, vertex_stations_);
-}
-
-Simulation::VesselMoves Simulation::vessel_moves() const {
-    VesselMoves moves;
-    const auto by = displacement();
-    if (!by) return moves;
-    moves.of_nodes = moved(*wall_->foundation(), *by, contrast_->nodes(), node_stations_);
-    const blood::BloodFlow& blood = contrast_->blood();
-    for (const blood::Outlet& outlet : blood.outlets)
-        moves.of_distal.insert(moves.of_distal.end(), blood::DistalArteries::bins,
-                               moves.of_nodes[static_cast<std::size_t>(outlet.cell)]);
-    for (const blood::BloodFlow::Source& source : blood.sources)
-        moves.of_distal.push_back(moves.of_nodes[static_cast<std::size_t>(source.cell)]);
-    return moves;
+/// Of a frame with the global relaxer. One update takes twice as long where vessels make way.
+int Simulation::frame_updates() const {
+    return scenario_.budget.updates / (wall_->foundation() ? 2 : 1);
 }
 
 int Simulation::updates_left(const StepReport& report) const {
-    return std::max(scenario_.budget.updates - report.relax.updates, 0);
+    return std::max(frame_updates() - report.relax.updates, 0);
 }
 
 /// Whether the frame has updates left to begin something with, and probably to end it; one that has done
 /// nothing always has, as has one with more than half of them: a frame is never idle for want of certainty.
 bool Simulation::may_begin(const StepReport& report) const {
-    const double probable = std::min(probable_work * usual_work_, 0.5 * scenario_.budget.updates);
+    const double probable = std::min(probable_work * usual_work_, 0.5 * frame_updates());
     return report.relax.updates == 0 ||
            updates_left(report) >= std::max<double>(physics::Hub::least_updates(moving_), probable);
 }
 
 void Simulation::move_hub(StepReport& report) {
     if (hub_->working()) {
-        account(hub_->resume(moving_, scenario_.budget.updates), report);
-        if (hub_is_idle()) drag_along();
+        account(hub_->resume(moving_, frame_updates()), report);
+        if (hub_is_idle()) balance();
     } else if (physics::let_rest(moving_, 1 / scenario_.frame_rate)) {
-        account(hub_->settle(moving_, scenario_.budget.updates), report);
+        account(hub_->settle(moving_, frame_updates()), report);
     }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
     while (hub_is_idle() && !waiting_.empty() && may_begin(report)) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
-        if (hub_is_idle()) drag_along();
+        if (hub_is_idle()) balance();
         if (hub_is_idle()) show_rest(report);
     }
     if (hub_is_idle()) {
-        if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+        if (report.relax.updates == 0) account(hub_->settle(moving_, frame_updates()), report);
         if (report.relax.updates > 0) show_rest(report);
     }
     // A crossing that there was no work left for is mended now.
@@ -452,7 +416,7 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     }
     if (motion.removes) motion.insertion = -moving_.devices[motion.device].inserted;
     StepReport of_no_hand;
-    motion.insertion = allowed_feed(motion, motion.dragged ? of_no_hand : report);
+    motion.insertion = allowed_feed(motion, motion.by_hand() ? report : of_no_hand);
     if (motion.removes && motion.insertion == 0) motion.removes = false;
     if (motion.insertion == 0 && motion.rotation == 0) return false;
     const double turn = physics::Hub::largest_turn;
@@ -464,6 +428,24 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     else
         part.turn = motion.rotation / steps_of(motion.rotation, turn);
     take_in_hand(motion);
+    motion.goes_in = 1;
+    const int fed = fed_by_hand(motion);
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
+        hub_->bear(k, k == fed                                ? outside_.bears(k, part.feed)
+                      : motion.released && k == motion.device ? outside_.bears(k)
+                                                              : any_push);
+    if (const auto loads = hub_->loads(); fed >= 0 && !motion.removes && !loads.empty()) {
+        push_before_ = loads[fed].push;
+        const double in = outside_.goes_in(fed, part.feed, push_before_);
+        report.buckled = report.buckled || (part.feed > 0 && in < hardly * part.feed);
+        if (in == 0 && part.feed < 0) return bow_out(motion, part.feed);
+        if (in == 0) {
+            refuse_push(motion, part.feed, report);
+            return !motion.done();
+        }
+        motion.goes_in = in / part.feed;
+        part.feed = in;
+    }
     const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
     account(made, report);
     const bool moved = made.made.feed != 0 || made.made.turn != 0;
@@ -477,47 +459,25 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     part_work_ += made.relax.updates;
     if (made.outcome != physics::HubReport::Outcome::Working && part_work_ > 0)
         usual_work_ += (std::exchange(part_work_, 0) - usual_work_) / parts_in_mean;
-    report.buckled = report.buckled || made.buckled;
-    if (made.outcome == physics::HubReport::Outcome::Refused) {
-        if (waiting_.front().dragged)
-            drags_.tries = most_drags;
-        else
-            report.refused = true;
-        waiting_.front() = {};
-    }
+    report.buckled = report.buckled || (made.buckled && (waiting_.empty() || waiting_.front().by_hand()));
+    if (made.outcome == physics::HubReport::Outcome::Refused) refuse(waiting_.front(), made, report);
     if (made.outcome != physics::HubReport::Outcome::AtRest) return;
     if (made.made.feed == 0 && made.made.turn == 0) return;
     Motion& motion = waiting_.front();
     const auto take = [](double& whole, double part) {
         whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;
     };
-    take(motion.insertion, made.made.feed);
+    const double by_hand = made.made.feed / motion.goes_in;
+    const int fed = motion.released ? motion.device : fed_by_hand(motion);
+    take(motion.insertion, by_hand);
     take(motion.rotation, made.made.turn);
-    if (motion.dragged) return;
+    const auto loads = hub_->loads();
+    if (fed >= 0 && made.made.feed != 0 && !loads.empty())
+        outside_.fed(fed, motion.released ? 0.0 : by_hand, made.made.feed, push_before_, loads[fed].push);
+    if (!motion.by_hand()) return;
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
     count_turn(made.made.device, made.made.turn);
-}
-
-/// A hand holds what it moves, and what is pinned.
-void Simulation::take_in_hand(const Motion& motion) {
-    if (motion.dragged) return;
-    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
-        moving_.devices[k].held =
-            devices_[k].pinned || motion.device == physics::every_device || motion.device == k;
-}
-
-/// At a rest: what friction moves that no hand holds goes along next; where all is in balance, or nothing
-/// more helps, what has slipped has slipped.
-void Simulation::drag_along() {
-    if (moving_.rubs.empty()) return;
-    std::optional<physics::Drag> next;
-    if (drags_.tries < most_drags) next = physics::drag(moving_, hub_->contacts(), hub_->loads(), drags_);
-    if (!next) {
-        drags_.restart();
-        return physics::follow_rubs(moving_, hub_->contacts());
-    }
-    waiting_.insert(waiting_.begin(), {next->feed, 0, next->device, false, {}, true});
 }
 
 void Simulation::count_turn(int device, double angle) {
@@ -530,7 +490,10 @@ void Simulation::show() {
     wire_ = moving_;
     contacts_.clear();
     const auto loads = hub_->loads();
-    for (std::size_t k = 0; k < loads.size(); ++k) readings_.hands[k].load = loads[k];
+    for (std::size_t k = 0; k < loads.size(); ++k) {
+        readings_.hands[k].load = loads[k];
+        readings_.hands[k].bow = outside_.shaft(static_cast<int>(k)).bow;
+    }
 }
 
 /// The same, but a wire that found no rest inside the vessel, as with a joint astray between two that share a
@@ -539,9 +502,7 @@ void Simulation::show_rest(StepReport& report) {
     const physics::RelaxReport& last = hub_->last_report();
     const bool is_lost = wall_->smooth() && !last.at_rest() && last.gradient > lost;
     const auto contacts = hub_->contacts();
-    const bool is_outside = std::any_of(contacts.begin(), contacts.end(), [](const physics::WallContact& c) {
-        return c.room > 0 && c.pressed_in() > c.room;
-    });
+    const bool is_outside = std::any_of(contacts.begin(), contacts.end(), physics::astray);
     if (!is_lost && !is_outside) return show();
     moving_ = wire_;
     rounds_of_mending_ = rounds_of_mending;
@@ -648,7 +609,8 @@ void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
-      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, injuries_);
+      console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
+      injuries_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

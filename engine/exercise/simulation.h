@@ -11,6 +11,7 @@
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/console.h"
 #include "engine/exercise/injury.h"
+#include "engine/exercise/outside.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
@@ -28,7 +29,7 @@ struct MotionFlags {
     bool past_vessel_end = false;     // the tip has left the vessels that are known by one of their ends
     bool whole_wire_is_in = false;    // and more was asked for
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
-    bool buckled = false;             // a push was not passed on: the shaft outside bows
+    bool buckled = false;             // a push was not passed on, or hardly: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
     bool too_thick = false;           // a catheter stands before a vessel that is narrower than it is
 
@@ -58,8 +59,9 @@ struct StepReport : MotionFlags {
 struct Hand {
     double turned = 0;  // Σ angle of the hub since the attempt began [rad]
     physics::HubLoad load;
+    double bow = 0;  // what it has fed that has not gone in: the shaft outside has bowed [mm]
 
-    void state(geometry::StateStream& s) { s(turned, load); }
+    void state(geometry::StateStream& s) { s(turned, load, bow); }
 };
 
 /// What the last frame left to be read. No later state depends on it.
@@ -189,10 +191,15 @@ private:
         double insertion = 0;  // [mm]
         double rotation = 0;   // [rad]
         int device = physics::every_device;
-        bool removes = false;  // the device, whatever is inside
-        std::string exchange;  // for this wire
-        bool dragged = false;  // by friction, and by no hand
-        void state(geometry::StateStream& s) { s(insertion, rotation, device, removes, exchange, dragged); }
+        bool removes = false;       // the device, whatever is inside
+        std::string exchange = {};  // for this wire
+        bool dragged = false;       // by friction, and by no hand
+        bool released = false;      // by the bow of the shaft outside, and by no hand
+        double goes_in = 1;         // of what the hand feeds by the part under way; the rest bows the shaft
+        bool by_hand() const { return !dragged && !released; }
+        void state(geometry::StateStream& s) {
+            s(insertion, rotation, device, removes, exchange, dragged, released, goes_in);
+        }
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
@@ -213,7 +220,13 @@ private:
     void prepare_motion(StepReport&);
     bool make_motion(Motion&, StepReport&);
     void take_in_hand(const Motion&);
-    void drag_along();
+    void balance();
+    bool drag_along();
+    int fed_by_hand(const Motion&) const;
+    bool bow_out(Motion&, double feed);
+    void refuse(Motion&, const physics::HubReport&, StepReport&);
+    void refuse_push(Motion&, double part, StepReport&);
+    void grip(int device, double distance);
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
@@ -230,6 +243,7 @@ private:
     bool twists_by_segments() const;
     void count_turn(int device, double angle);
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
+    int frame_updates() const;
     int updates_left(const StepReport&) const;
     bool may_begin(const StepReport&) const;
     bool tip_has_left() const;
@@ -253,6 +267,8 @@ private:
     double usual_work_ = 0;        // of a motion's part, a mean of the last ones [updates]
     int part_work_ = 0;            // of the part under way [updates]
     physics::DragSearch drags_;    // for what no hand holds
+    Outside outside_;              // for what hands hold
+    double push_before_ = 0;       // of the device fed, before the part under way [N]
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
     int frames_ = 0;  // since the start or the last reset

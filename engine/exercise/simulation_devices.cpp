@@ -1,4 +1,4 @@
-/// What a simulation does with several devices on one chain.
+/// What a simulation does with several devices on one chain, and with hands and valves outside.
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,13 @@
 namespace exercise {
 
 using geometry::Vec3;
+
+namespace {
+
+/// Corrections of what friction moves after each part of a motion.
+constexpr int most_drags = 8;
+
+}  // namespace
 
 double Simulation::inserted(script::Held held) const {
     const std::optional<int> device = scenario_.index_of(held);
@@ -47,7 +54,17 @@ geometry::Vec3 Simulation::tip() const {
 }
 
 double Simulation::passes_on(int device) const {
-    return hub_ ? hub_->passes_on(wire_, device) : std::numeric_limits<double>::infinity();
+    return hub_ ? outside_.passes_on(device) : std::numeric_limits<double>::infinity();
+}
+
+/// The hand takes the shaft elsewhere, with the push and torque that it has.
+void Simulation::grip(int device, double distance) {
+    if (!hub_) return;
+    outside_.grip(device, devices_[device].device, distance);
+    readings_.hands[device].bow = outside_.shaft(device).bow;
+    physics::hold_at(moving_, device, distance);
+    wire_.devices[device] = moving_.devices[device];
+    if (hub_is_idle()) balance();
 }
 
 double Simulation::largest_flow(script::Held held) const {
@@ -139,6 +156,82 @@ void Simulation::exchange_wire(Motion& motion, StepReport& report) {
     if (twists_by_segments()) physics::start_twists(chain(), 0);
     report.exchanged = wire.title;
     exchanged_name_ = name;
+}
+
+/// The device that a hand feeds alone; −1 = none, or all together, which bow no shaft.
+int Simulation::fed_by_hand(const Motion& motion) const {
+    if (!motion.by_hand() || motion.insertion == 0) return -1;
+    if (devices_.size() == 1) return 0;
+    return motion.device == physics::every_device ? -1 : motion.device;
+}
+
+/// All of a part of the hand's motion bows the shaft outside, or comes out of its bow. False when the motion
+/// is finished.
+bool Simulation::bow_out(Motion& motion, double feed) {
+    outside_.fed(fed_by_hand(motion), feed, 0, 0, 0);
+    motion.insertion -= feed;
+    if (std::abs(motion.insertion) < 1e-12) motion.insertion = 0;
+    return !motion.done();
+}
+
+/// What was refused is not asked for again; a push that was bows the shaft outside as far as that goes.
+void Simulation::refuse(Motion& motion, const physics::HubReport& made, StepReport& report) {
+    if (motion.dragged) {
+        drags_.tries = most_drags;
+    } else if (motion.released) {
+        outside_.give_up();
+    } else if (made.buckled && fed_by_hand(motion) >= 0 && motion.insertion > 0) {
+        return refuse_push(motion, std::min(motion.insertion, 0.5 * moving_.grid.segment_length), report);
+    } else {
+        report.refused = true;
+    }
+    motion = {};
+}
+
+void Simulation::refuse_push(Motion& motion, double part, StepReport& report) {
+    report.buckled = true;
+    if (outside_.takes(fed_by_hand(motion), part)) {
+        motion.insertion = motion.insertion - part < 1e-12 ? 0 : motion.insertion - part;
+        return;
+    }
+    report.refused = true;
+    motion = {};
+}
+
+/// A hand holds what it moves, and what is pinned.
+void Simulation::take_in_hand(const Motion& motion) {
+    if (!motion.by_hand()) return;
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
+        moving_.devices[k].held =
+            devices_[k].pinned || motion.device == physics::every_device || motion.device == k;
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
+        if (!moving_.devices[k].held || (motion.removes && motion.device == k)) outside_.let_go(k);
+}
+
+/// At a rest: what friction moves that no hand holds goes along next; where all is in balance, or nothing
+/// more helps, what has slipped has slipped. Once hands rest, shafts that have bowed outside feed or take
+/// back.
+void Simulation::balance() {
+    if (drag_along() || !waiting_.empty()) return;
+    const std::optional<Outside::Release> next = outside_.release(moving_, hub_->loads());
+    if (!next) return;
+    push_before_ = hub_->loads()[next->device].push;
+    Motion motion;
+    motion.insertion = next->feed, motion.device = next->device, motion.released = true;
+    waiting_.insert(waiting_.begin(), motion);
+}
+
+bool Simulation::drag_along() {
+    if (moving_.rubs.empty()) return false;
+    std::optional<physics::Drag> next;
+    if (drags_.tries < most_drags) next = physics::drag(moving_, hub_->contacts(), hub_->loads(), drags_);
+    if (next) {
+        waiting_.insert(waiting_.begin(), {next->feed, 0, next->device, false, {}, true});
+        return true;
+    }
+    drags_.restart();
+    physics::follow_rubs(moving_, hub_->contacts());
+    return false;
 }
 
 }  // namespace exercise

@@ -146,9 +146,15 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
 
 }  // namespace
 
+bool vessels_move(const Scenario& s) {
+    if (s.tissue.rigid) return !*s.tissue.rigid;
+    return !s.tube && s.wall_model == WallModel::DistanceField &&
+           s.relaxer.kind == physics::RelaxerKind::Global;
+}
+
 std::vector<physics::Tissue> tissues_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
+    if (!vessels_move(s)) return {};
     const TissueChoice& choice = s.tissue;
-    if (!choice.given || choice.rigid) return {};
     std::vector<physics::Tissue> tissues = anatomy::tissues_of(anatomy);
     const auto change = [](physics::Tissue& tissue, const TissueChoice::Values& by) {
         tissue.modulus = by.modulus.value_or(tissue.modulus);

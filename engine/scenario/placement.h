@@ -27,6 +27,9 @@ geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
 /// What a scenario's vessels lie in, one a branch; empty where they stay where they are. Throws InputError
 /// for a vessel that the anatomy does not have.
 std::vector<physics::Tissue> tissues_of(const Scenario&, const anatomy::Anatomy&);
+/// Whether devices push the vessels aside: as [tissue] says; without one, those of an anatomy with a smooth
+/// wall do, by the global relaxer, which alone knows how.
+bool vessels_move(const Scenario&);
 
 /// The wall of a scenario with nothing left to choose: the one that others in this process have, where there
 /// is one, for nobody changes it.

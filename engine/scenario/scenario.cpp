@@ -121,7 +121,7 @@ std::vector<std::string> problems(const Scenario& s) {
             "[motion] moves vessels before a body that stands still; [imaging] patient = true is "
             "accepted with it");
     }
-    if (s.tissue.given && !s.tissue.rigid && s.relaxer.kind != physics::RelaxerKind::Global)
+    if (s.tissue.rigid == false && s.relaxer.kind != physics::RelaxerKind::Global)
         say("tissue",
             "[tissue] moves vessels, which only the relaxer \"global\" knows; [tissue] rigid = true is "
             "accepted with another one");
@@ -252,7 +252,8 @@ void TissueChoice::state(geometry::StateStream& s) {
         double modulus = of.modulus.value_or(-1), wall = of.wall.value_or(-1);
         s(of.vessel, modulus, wall);
     };
-    s(given, rigid);
+    int moves = rigid ? *rigid : -1;
+    s(moves);
     values(all);
     for (Values& of : vessels) values(of);
 }

@@ -118,20 +118,18 @@ struct PlacedDevice {
     bool starts_inside() const { return role == script::Held::Wire || inserted > 0; }
 };
 
-/// Shaft between hand and introducer, by whose Euler load a device without a buckling force is judged [mm]:
-/// with it the wires of the catalogue have about the forces that models of vessels saw.
+/// Shaft between hand and valve [mm] for which buckling forces are stated: with it the Euler loads of the
+/// catalogue's wires are about the forces that models of vessels saw.
 inline constexpr double free_shaft = 100;
 
-/// What the vessels lie in: anatomy::tissues_of(), with what a scenario changes. Without a [tissue] they stay
-/// where they are.
+/// What the vessels lie in: anatomy::tissues_of(), with what a scenario changes.
 struct TissueChoice {
     /// Of one vessel, or of all: k_f and E h/R of physics::Tissue [N/mm²]; empty = that of its kind.
     struct Values {
         std::string vessel;  // name of a branch, or empty
         std::optional<double> modulus, wall;
     };
-    bool given = false;
-    bool rigid = false;  // vessels stay where they are
+    std::optional<bool> rigid;  // vessels stay where they are; empty = vessels_move() says
     Values all;
     std::vector<Values> vessels;  // before those of all
 
@@ -180,6 +178,7 @@ struct Scenario {
     TissueChoice tissue;
     InjurySpec injury;
     physics::RelaxerConfig relaxer;
+    double hand_distance = free_shaft;                // at the start, from each hand to its valve [mm]
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
     Target target;
     render::CArm c_arm;  // at the start

@@ -169,6 +169,7 @@ void read_entry(io::Section entry, Scenario& s) {
     entry.number("inserted_mm", inserted, {1, 2000});
     entry.number("sheath_F", s.entry.sheath, {1, 30}, french);
     entry.number("sheath_length_mm", s.entry.sheath_length, {10, 1000});
+    entry.number("hand_mm", s.hand_distance, {script::least_grip, script::largest_grip});
     entry.finish();
 }
 
@@ -214,9 +215,9 @@ void read_values(io::Section& section, TissueChoice::Values& values) {
 }
 
 void read_tissue(io::Section section, TissueChoice& tissue) {
-    tissue.given = section.given();
-    if (!tissue.given) return;
-    section.flag("rigid", tissue.rigid);
+    if (!section.given()) return;
+    tissue.rigid = false;
+    section.flag("rigid", *tissue.rigid);
     read_values(section, tissue.all);
     for (io::Section& vessel : section.sections("vessel")) {
         TissueChoice::Values values;

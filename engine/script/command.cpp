@@ -41,6 +41,9 @@ struct CommandText {
     std::string operator()(const Rotate& c) const {
         return "rotate " + of(c.held) + degrees_text(c.angle) + " deg";
     }
+    std::string operator()(const Grip& c) const {
+        return fmt::format("grip {} {} mm", name_of(c.held), io::number_text(c.distance));
+    }
     std::string operator()(const Remove& c) const { return fmt::format("remove {}", name_of(c.held)); }
     std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }

@@ -12,6 +12,7 @@
 ///     40      advance catheter 5 mm      # of a device: wire (the default), microcatheter, intermediate,
 ///                                        # catheter, sheath, or all of them
 ///     50      rotate catheter 20 deg
+///     55      grip wire 30 mm            # the hand holds it 30 mm from the valve; the default is 100 mm
 ///     60      remove wire                # all of it; waits its turn behind earlier motions
 ///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out
 ///     32      mode dsa                   # or live, roadmap
@@ -84,6 +85,12 @@ struct Rotate {
     double angle = 0;  // of the hub, right-handed about the wire [rad]
     Held held = Held::Wire;
 };
+/// The hand holds the shaft at another distance from the valve: closer, it pushes harder before the shaft
+/// bows, and turns more directly.
+struct Grip {
+    double distance = 0;  // [mm]
+    Held held = Held::Wire;
+};
 /// Takes a device out.
 struct Remove {
     Held held = Held::Wire;  // or another, not All
@@ -147,16 +154,17 @@ struct Reset {};
 
 using Command =
     std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
-                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe>;
+                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe, Grip>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
-inline constexpr double largest_motion = 500;            // [mm]
-inline constexpr double largest_rotation = 36000;        // [deg]
-inline constexpr double largest_volume = 300;            // of one injection [ml]
-using render::widest_opening;                            // of the collimator [mm]
-inline const geometry::Vec3 table_reach(180, 140, 600);  // in either direction [mm]
-inline constexpr double largest_shift = 1024;            // of the mask, in either direction [pixels]
-inline constexpr double largest_shift_share = 0.25;      // the same, of the image's width [-]
+inline constexpr double largest_motion = 500;                // [mm]
+inline constexpr double least_grip = 5, largest_grip = 500;  // from the valve [mm]
+inline constexpr double largest_rotation = 36000;            // [deg]
+inline constexpr double largest_volume = 300;                // of one injection [ml]
+using render::widest_opening;                                // of the collimator [mm]
+inline const geometry::Vec3 table_reach(180, 140, 600);      // in either direction [mm]
+inline constexpr double largest_shift = 1024;                // of the mask, in either direction [pixels]
+inline constexpr double largest_shift_share = 0.25;          // the same, of the image's width [-]
 inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.

@@ -242,6 +242,11 @@ constexpr Verb verbs[] = {
          const Held device = held(l);
          return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree, device};
      }},
+    {"grip",
+     [](Line& l) -> Command {
+         const Held held = device(l);
+         return Grip{l.amount(least_grip, largest_grip, "mm"), held};
+     }},
     {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
     {"exchange", [](Line& l) -> Command { return exchange_command(l); }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},

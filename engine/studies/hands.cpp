@@ -122,8 +122,8 @@ std::string introduction(const io::Table& behaviours, const io::Table& pushes, c
         return some;
     };
     return fmt::format(
-        "Thirteen manipulations in exercises that ship, with the catalogue's devices and the surfaces that "
-        "docs/friction-values.md proposes. Sizes are what the simulation reads. A size counts as inside only "
+        "Thirteen manipulations in exercises that ship, with the catalogue's devices. "
+        "Sizes are what the simulation reads. A size counts as inside only "
         "where the published range is of the same kind of course; no value was chosen by it.\n\n{}\n{}\n"
         "**What hands feel.** {} frames of hands with the seeds 1 to 3 in all exercises, as these ship: at "
         "most 60 mm/s and 180 deg/s. The push is that of the device that is fed inward.\n\n{}\n"

@@ -49,7 +49,7 @@ double hysteresis(const std::vector<HandSample>& samples, int right, int left) {
 
 /// The wire's bend, wide for the arch, meets both walls of the aorta: the hub winds it up until it flips.
 BehaviourRun whip(const StudyOptions& options) {
-    Trial trial(options, "whip", {"arch", with({hydrophilic_wire(0.035), {{"chain.adaptive", "false"}}})},
+    Trial trial(options, "whip", {"arch", {{"chain.adaptive", "false"}}},
                 "glide035 with a bend of 130 deg over 45 mm",
                 "420 mm in, then the hub is turned by 400 deg and back");
     HandCourse& course = trial.course;
@@ -76,7 +76,7 @@ BehaviourRun whip(const StudyOptions& options) {
 /// The wire of the bench, in an artery that bends: where the exercise's expert turns it.
 BehaviourRun wind_up(const StudyOptions& options) {
     Trial trial(
-        options, "wind-up", {"cerebral", hydrophilic_wire(0.014)}, "floppy014",
+        options, "wind-up", {"cerebral", {}}, "floppy014",
         "57 mm on, into the first part of the middle cerebral artery, then the hub is turned by a turn "
         "to and fro, three times");
     trial.course.feed(57);
@@ -94,7 +94,7 @@ BehaviourRun wind_up(const StudyOptions& options) {
 }
 
 BehaviourRun stick_slip(const StudyOptions& options) {
-    Trial trial(options, "stick-slip", {"renal", hydrophilic_wire(0.035)}, "glide035",
+    Trial trial(options, "stick-slip", {"renal", {}}, "glide035",
                 "200 mm in; five times the hand rests for 0.4 s and pushes on by 3 mm");
     HandCourse& course = trial.course;
     course.feed(200);
@@ -124,8 +124,7 @@ BehaviourRun stick_slip(const StudyOptions& options) {
 }
 
 BehaviourRun prolapse(const StudyOptions& options) {
-    Trial trial(options, "prolapse", {"renal", hydrophilic_wire(0.035)},
-                "glide035 with a bend of 100 deg over 30 mm",
+    Trial trial(options, "prolapse", {"renal", {}}, "glide035 with a bend of 100 deg over 30 mm",
                 "turned by 60 deg, so that its tip goes into the internal iliac artery, and 180 mm in");
     HandCourse& course = trial.course;
     course.turn_step = 5 * degree;
@@ -143,8 +142,7 @@ BehaviourRun prolapse(const StudyOptions& options) {
 }
 
 BehaviourRun buckling(const StudyOptions& options) {
-    Trial trial(options, "buckling",
-                {"iliac_aorta", with({hydrophilic_wire(0.035), {{"guidewire.buckling_force_N", "0"}}})},
+    Trial trial(options, "buckling", {"iliac_aorta", {{"guidewire.buckling_force_N", "0"}}},
                 "glide035 without a stated force of buckling",
                 "pushed on until the narrowing aorta above the image holds the tip and the shaft bows");
     const bool bowed = trial.course.feed(530, Held::Wire, [&] { return trial.course.last().buckled; });
@@ -156,8 +154,7 @@ BehaviourRun buckling(const StudyOptions& options) {
 
 /// The hub is drawn back until the tip has moved by a millimetre.
 BehaviourRun release(const StudyOptions& options) {
-    Trial trial(options, "release", {"renal", hydrophilic_wire(0.035)},
-                "glide035 with a bend of 100 deg over 30 mm",
+    Trial trial(options, "release", {"renal", {}}, "glide035 with a bend of 100 deg over 30 mm",
                 "115 mm in, its tip in the internal iliac artery, then drawn back");
     HandCourse& course = trial.course;
     course.feed(115);
@@ -178,8 +175,7 @@ BehaviourRun release(const StudyOptions& options) {
 
 /// The bend comes down into a sinus, and the wire folds over it.
 BehaviourRun root_loop(const StudyOptions& options) {
-    Trial trial(options, "root loop", {"coronary", hydrophilic_wire(0.035)},
-                "glide035 with a bend of 90 deg over 45 mm",
+    Trial trial(options, "root loop", {"coronary", {}}, "glide035 with a bend of 90 deg over 45 mm",
                 "from the right arm, turned by 180 deg and 300 mm in");
     HandCourse& course = trial.course;
     course.turn_step = 5 * degree;
@@ -202,12 +198,9 @@ BehaviourRun root_loop(const StudyOptions& options) {
 }
 
 BehaviourRun straightening(const StudyOptions& options) {
-    Trial trial(
-        options, "straightening",
-        {"iliac_aorta",
-         with({ptfe_wire(), {{"guidewire.device", "\"lunderquist035\""}, {"tissue.rigid", "false"}}})},
-        "lunderquist035, vessels in tissue",
-        "from the groin up the aorta, 450 mm, so that the shaft lies in the iliac artery");
+    Trial trial(options, "straightening", {"iliac_aorta", {{"guidewire.device", "\"lunderquist035\""}}},
+                "lunderquist035, vessels in tissue",
+                "from the groin up the aorta, 450 mm, so that the shaft lies in the iliac artery");
     trial.course.feed(20);
     trial.draw("before");
     double most = 0, at = 0;
@@ -223,7 +216,7 @@ BehaviourRun straightening(const StudyOptions& options) {
 }
 
 BehaviourRun wedge(const StudyOptions& options) {
-    Trial trial(options, "wedge", {"coronary_lad", hydrophilic_wire(0.014)}, "floppy014",
+    Trial trial(options, "wedge", {"coronary_lad", {}}, "floppy014",
                 "pushed on until a branch is too narrow for its tip and the shaft outside bows");
     HandCourse& course = trial.course;
     course.feed(80);

@@ -11,9 +11,7 @@ using script::Held;
 
 /// A stiffer part of the wire comes into the siphon, which takes up the slack of the microcatheter.
 BehaviourRun kick_back(const StudyOptions& options) {
-    Trial trial(options, "kick-back",
-                {"cerebral_micro", with({hydrophilic_wire(0.014), microcatheter_surfaces(), lined_guide()})},
-                "floppy014 in micro17 in guide6f",
+    Trial trial(options, "kick-back", {"cerebral_micro", {}}, "floppy014 in micro17 in guide6f",
                 "wire 50 mm on, microcatheter 40 mm after it, then the wire 75 mm on alone");
     HandCourse& course = trial.course;
     course.feed(50);
@@ -38,9 +36,7 @@ BehaviourRun deep_seating(const StudyOptions& options) {
                                                        {"catheter.outer_diameter_mm", "1.67"},
                                                        {"catheter.inner_diameter_mm", "1.42"},
                                                        {"catheter.inserted_mm", "8"}};
-    Trial trial(options, "deep seating",
-                {"coronary_lad", with({hydrophilic_wire(0.014), extension, lined_guide()})},
-                "floppy014 in guide6f of 5F",
+    Trial trial(options, "deep seating", {"coronary_lad", extension}, "floppy014 in guide6f of 5F",
                 "wire 60 mm down the anterior descending artery, then the catheter after it");
     HandCourse& course = trial.course;
     course.feed(60);
@@ -57,8 +53,7 @@ BehaviourRun deep_seating(const StudyOptions& options) {
 }
 
 BehaviourRun wire_drag(const StudyOptions& options) {
-    Trial trial(options, "drag",
-                {"crossover", with({ptfe_wire(), polymer_catheter(), {{"guidewire.pinned", "false"}}})},
+    Trial trial(options, "drag", {"crossover", {{"guidewire.pinned", "false"}}},
                 "bentson035, held by its valve alone, in omniflush5f",
                 "wire 40 mm out of the catheter's loop; then the catheter alone, 30 mm on and 60 mm back");
     HandCourse& course = trial.course;
@@ -81,12 +76,9 @@ BehaviourRun wire_drag(const StudyOptions& options) {
 
 /// Without the wire the knee should form where there is room, and the tip point back up from it.
 BehaviourRun reformed_simmons(const StudyOptions& options) {
-    Trial trial(
-        options, "Simmons",
-        {"carotid_vertebral",
-         with({hydrophilic_wire(0.035), polymer_catheter(), {{"catheter.device", "\"simmons2-5f\""}}})},
-        "glide035 in simmons2-5f",
-        "the wire drawn out, the catheter pushed on by up to 180 mm round the arch into the root");
+    Trial trial(options, "Simmons", {"carotid_vertebral", {{"catheter.device", "\"simmons2-5f\""}}},
+                "glide035 in simmons2-5f",
+                "the wire drawn out, the catheter pushed on by up to 180 mm round the arch into the root");
     HandCourse& course = trial.course;
     course.feed(-270);
     trial.draw("wire out");

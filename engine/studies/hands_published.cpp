@@ -21,8 +21,8 @@ const PublishedSize sizes[] = {
      "rigid-wall finite elements of wires and catheters: ratios of their coefficients 0.10/0.09, 0.2/0.1, "
      "0.04/0.02",
      true,
-     "as Irsim's notes quote them. The study's static coefficients are 1.25 to 1.5 times the kinetic ones "
-     "(docs/friction-values.md), so that this holds what the hub feels of it and no more",
+     "as Irsim's notes quote them. The catalogue's static coefficients are 1.25 to 1.5 times the kinetic "
+     "ones, so that this holds what the hub feels of it and no more",
      SourceMark::SecondHand},
     {"prolapse", "way of the tip back out of its branch while the wire is pushed past it", "mm", 6, 30,
      "models of the middle cerebral and internal carotid arteries, wires of 0.014 in pushed too far", false,

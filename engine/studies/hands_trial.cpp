@@ -4,58 +4,6 @@
 #include <fmt/format.h>
 
 namespace studies {
-namespace {
-
-std::vector<scenario::Override> keys(const std::string& section,
-                                     std::initializer_list<std::pair<const char*, double>> values) {
-    std::vector<scenario::Override> list;
-    for (const auto& [key, value] : values) list.push_back({section + "." + key, fmt::format("{}", value)});
-    return list;
-}
-
-}  // namespace
-
-std::vector<scenario::Override> hydrophilic_wire(double diameter_in) {
-    const bool thin = diameter_in < 0.02;
-    return keys("guidewire", {{"static_friction", 0.06},
-                              {"valve_friction_N", thin ? 0.05 : 0.1},
-                              {"static_valve_friction_N", thin ? 0.07 : 0.14}});
-}
-
-std::vector<scenario::Override> ptfe_wire() {
-    return keys("guidewire",
-                {{"static_friction", 0.15}, {"valve_friction_N", 0.1}, {"static_valve_friction_N", 0.14}});
-}
-
-std::vector<scenario::Override> microcatheter_surfaces() {
-    return keys("microcatheter", {{"static_friction", 0.075},
-                                  {"inner_friction", 0.05},
-                                  {"static_inner_friction", 0.0625},
-                                  {"valve_friction_N", 0.1},
-                                  {"static_valve_friction_N", 0.14}});
-}
-
-std::vector<scenario::Override> polymer_catheter() {
-    return keys("catheter", {{"static_friction", 0.26},
-                             {"inner_friction", 0.1},
-                             {"static_inner_friction", 0.13},
-                             {"valve_friction_N", 0.2},
-                             {"static_valve_friction_N", 0.28}});
-}
-
-std::vector<scenario::Override> lined_guide() {
-    return keys("catheter", {{"static_friction", 0.26},
-                             {"inner_friction", 0.05},
-                             {"static_inner_friction", 0.0625},
-                             {"valve_friction_N", 0.2},
-                             {"static_valve_friction_N", 0.28}});
-}
-
-std::vector<scenario::Override> with(std::initializer_list<std::vector<scenario::Override>> lists) {
-    std::vector<scenario::Override> all;
-    for (const auto& list : lists) all.insert(all.end(), list.begin(), list.end());
-    return all;
-}
 
 Trial::Trial(const StudyOptions& options, const std::string& behaviour, const HandScene& scene,
              const std::string& devices, const std::string& manipulation)

@@ -8,16 +8,6 @@
 
 namespace studies {
 
-/// Surfaces of docs/friction-values.md, for a device's section of a scenario.
-std::vector<scenario::Override> hydrophilic_wire(double diameter_in);
-std::vector<scenario::Override> ptfe_wire();
-std::vector<scenario::Override> microcatheter_surfaces();
-std::vector<scenario::Override> polymer_catheter();  // 4F to 6F without a liner
-std::vector<scenario::Override> lined_guide();
-
-/// All of some lists of values.
-std::vector<scenario::Override> with(std::initializer_list<std::vector<scenario::Override>>);
-
 /// A course, and what is written of it.
 class Trial {
 public:

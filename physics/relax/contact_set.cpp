@@ -28,8 +28,9 @@ void ContactSet::update(const Chain& wire) {
         const Vec3& x = wire.joints[i];
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
                            shares_[i] == contacts_[i].share && thickness_[i] == contacts_[i].thickness &&
-                           gives_[i] == contacts_[i].give;
-        if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
+                           vessels_[i].give == contacts_[i].give && vessels_[i].along == contacts_[i].along;
+        if (asked && (x == asked_at_[i] || known(i, x))) continue;
+        add(i, x, wire.stations[i], x == asked_at_[i] ? contacts_[i].given : vessels_[i].given);
     }
     ask();
     std::erase_if(touching_, [&](int i) { return i > wire.segments(); });
@@ -43,10 +44,10 @@ void ContactSet::refit(const Chain& wire) {
     assert(wire.thickness.size() == wire.joints.size());
     thickness_ = wire.thickness;
     shares_.resize(wire.joints.size());
-    gives_.resize(wire.joints.size());
+    vessels_.resize(wire.joints.size());
     for (int i = 1; i <= wire.segments(); ++i) {
         shares_[i] = wire.wall_share(i);
-        gives_[i] = wire.give_at(i);
+        wire.ask_vessel(i, vessels_[i]);
     }
 }
 
@@ -75,11 +76,12 @@ void ContactSet::begin() {
     answer_.clear();
 }
 
-void ContactSet::add(int joint, const Vec3& x, int station) {
+void ContactSet::add(int joint, const Vec3& x, int station, const Vec3& given) {
     assert(joint >= 1 && joint < static_cast<int>(contacts_.size()));
     index_.push_back(joint);
     at_.push_back(x);
     WallContact& answer = answer_.emplace_back(question(joint, station));
+    answer.given = given;
     answer.held = !held_.empty() && std::binary_search(held_.begin(), held_.end(), joint);
 }
 
@@ -94,7 +96,8 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     assert(joints.size() == contacts_.size() && shares_.size() == contacts_.size());
     begin();
     for (int i = first; i <= last; ++i)
-        if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
+        if (const WallContact& c = contacts_[i]; !known(i, joints[i]))
+            add(i, joints[i], c.station, c.touches() ? c.given_beside(joints[i] - asked_at_[i]) : c.given);
     ask();
     double energy = 0;
     for (const WallContact& c : answer_)
@@ -167,7 +170,8 @@ WallContact ContactSet::question(int joint, int station) const {
     c.station = station;
     c.thickness = thickness_[joint];
     c.share = shares_[joint];
-    c.give = gives_[joint];
+    c.give = vessels_[joint].give;
+    c.along = vessels_[joint].along;
     c.given = contacts_[joint].given;
     return c;
 }

@@ -109,7 +109,7 @@ public:
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
     void state(StateStream& s) {
-        s(contacts_, shares_, thickness_, gives_, asked_at_, touching_, load_, queries_, held_);
+        s(contacts_, shares_, thickness_, vessels_, asked_at_, touching_, load_, queries_, held_);
         if (s.restores()) sums_.clear();
     }
 
@@ -125,13 +125,14 @@ private:
                (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
     }
     void begin();  // a round of questions: add them, then ask them at once
-    void add(int joint, const Vec3& x, int station);
+    void add(int joint, const Vec3& x, int station, const Vec3& given);
     void ask();
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
-    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and give [mm/N].
-    std::vector<double> shares_, thickness_, gives_;
+    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and vessel.
+    std::vector<double> shares_, thickness_;
+    std::vector<WallContact> vessels_;
     std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending

@@ -284,7 +284,10 @@ void GlobalRelaxer::finish(Chain& wire, Termination end, RelaxReport& report) {
     assert(contacts_.contacts().size() == wire.joints.size());
     rebuild_joints(wire);
     if (at_rest(end)) follow_grips(wire);
-    for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts_.contacts()[i].station;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        wire.stations[i] = contacts_.contacts()[i].station;
+        if (!wire.grips.empty()) wire.grips[i].given = contacts_.contacts()[i].given;
+    }
     report.termination = end;
     report.contacts = contacts_.touching();
     report.push_force = at_.model.terms().push.dot(wire.tangents[0]);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "physics/wall/astray.h"
 #include "physics/wire/energy.h"
 
 namespace physics {
@@ -32,17 +33,19 @@ const RelaxerConfig& checked(const RelaxerConfig& config) {
 
 }  // namespace
 
-Hub::Hub(const RelaxerConfig& config, const LumenWall& wall, double free_shaft)
-    : relaxer_(checked(config), wall), wall_(wall), free_shaft_(free_shaft) {
-    assert(free_shaft >= 0);
+Hub::Hub(const RelaxerConfig& config, const LumenWall& wall) : relaxer_(checked(config), wall), wall_(wall) {}
+
+void Hub::bear(int device, double push) {
+    assert(device >= 0 && device < most_devices && push > 0);
+    if (push > bears_[device] && refused_for_push_) refuses_ = false;
+    bears_[device] = push;
 }
 
 double Hub::passes_on(const Chain& wire, int device) const {
     assert(device >= 0 && device < static_cast<int>(wire.devices.size()));
-    const DeviceSpec& spec = wire.devices[device].spec;
-    const double stated = spec.buckling_force, rigidity = spec.shaft_rigidity();
-    if (stated > 0) return stated;
-    return free_shaft_ > 0 ? euler_force(rigidity, free_shaft_) : std::numeric_limits<double>::infinity();
+    if (bears_[device] > 0) return bears_[device];
+    const double stated = wire.devices[device].spec.buckling_force;
+    return stated > 0 ? stated : std::numeric_limits<double>::infinity();
 }
 
 double Hub::energy_of(const Chain& wire) const {
@@ -56,8 +59,8 @@ bool Hub::can_be(const RelaxReport& report) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest() || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
-    for (const WallContact& c : relaxer_.contacts())
-        if (c.room > 0 && c.pressed_in() > c.room) return false;
+    const auto contacts = relaxer_.contacts();
+    if (std::any_of(contacts.begin(), contacts.end(), astray)) return false;
     // One device may push and another pull by more than both together.
     double force = 0, torque = 0;
     for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})

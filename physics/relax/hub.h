@@ -1,6 +1,8 @@
 #pragma once
 /// A wire under a hand: fed, drawn back and turned at the hub, from rest to rest.
 
+#include <array>
+
 #include "physics/relax/global_relaxer.h"
 
 namespace physics {
@@ -28,11 +30,13 @@ struct HubReport {
 /// No call exceeds its updates, if they are at least least_updates(): work that could is left for resume().
 class Hub {
 public:
-    /// Takes the global relaxer's configuration; the wall must outlive the hub. A device without a buckling
-    /// force of its own has that of a shaft of `free_shaft` [mm] between hand and introducer, clamped in both
-    /// (euler_force()); 0 = such a device bears any push. Throws std::invalid_argument for another kind of
-    /// relaxer.
-    Hub(const RelaxerConfig&, const LumenWall&, double free_shaft = 0);
+    /// Takes the global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument
+    /// for another kind of relaxer.
+    Hub(const RelaxerConfig&, const LumenWall&);
+
+    /// The shaft outside of a device passes on this push from now on [N]; before, its buckling_force, or any
+    /// push where it has none.
+    void bear(int device, double push);
 
     /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Chain&, int updates);
@@ -61,7 +65,7 @@ public:
 
     void state(StateStream& s) {
         s(relaxer_, working_, settling_, rest_, rest_loads_, rest_energy_, energy_, loads_, loads_at_rest_,
-          asked_, made_, halvings_, spent_, pending_, refuses_, refused_, refused_for_push_);
+          asked_, made_, halvings_, spent_, pending_, refuses_, refused_, refused_for_push_, bears_);
     }
 
     /// Updates that all tries of one motion may take together: of a pull 1e6, a tenth of a second, for a wire
@@ -98,7 +102,7 @@ private:
     bool refuses_ = false;  // `refused_`, and what is like it, of the last rest
     HubMotion refused_;
     bool refused_for_push_ = false;
-    double free_shaft_ = 0;  // [mm]
+    std::array<double, most_devices> bears_ = {};  // [N]; 0 = by the device's own buckling_force
 };
 
 }  // namespace physics

@@ -25,8 +25,10 @@ double least_give(const Foundation& foundation, const Chain& chain, int joint, i
 void LaggedYields::prepare(Chain& chain, const Foundation& foundation) {
     assert(chain.grips.empty() || chain.grips.size() == chain.joints.size());
     for (std::size_t j = 1; j < chain.grips.size(); ++j)
-        if (double& give = chain.grips[j].give; give == 0)
-            give = least_give(foundation, chain, static_cast<int>(j), chain.stations[j]);
+        if (Grip& grip = chain.grips[j]; grip.give == 0) {
+            grip.give = least_give(foundation, chain, static_cast<int>(j), chain.stations[j]);
+            grip.along = foundation.along(chain.stations[j]);
+        }
 }
 
 double LaggedYields::measure(const Chain& chain, std::span<const WallContact> contacts,
@@ -34,18 +36,24 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
     assert(contacts.size() == chain.joints.size());
     const Foundation::Displacement displacement = foundation.displacement(vessel_loads(chain, contacts));
     gives_.assign(contacts.size(), 0.0);
+    alongs_.assign(contacts.size(), Vec3::Zero());
     double farthest = 0, missed = 0;
     for (std::size_t j = 1; j < contacts.size(); ++j) {
         const WallContact& c = contacts[j];
         const int joint = static_cast<int>(j);
         double& give = gives_[j] = least_give(foundation, chain, joint, c.station);
+        alongs_[j] = foundation.along(c.station);
         if (!c.touches() || foundation.springs_alone(c.station)) continue;
-        const Vec3 push = c.push(), moved = foundation.at(displacement, c.station, chain.joints[j] - c.given);
-        give = std::clamp(moved.dot(push) / push.squaredNorm(), give,
-                          softer * most_give(foundation, chain, joint, c.station));
+        const Vec3 push = c.given / c.give;  // across the vessel
         const double force = push.norm();
+        if (force == 0) continue;
+        const Vec3 moved = foundation.at(displacement, c.station, chain.joints[j] - c.given);
+        give = std::clamp(moved.dot(push) / (force * force), give,
+                          softer * most_give(foundation, chain, joint, c.station));
         farthest = std::max(farthest, give * force);
-        missed = std::max(missed, std::abs(give - chain.grips[j].give) * force);
+        const double turned = (alongs_[j] - chain.grips[j].along).norm();
+        missed =
+            std::max(missed, std::abs(give - chain.grips[j].give) * force + turned * turned * give * force);
     }
     return missed / (options_.yield_tolerance * farthest + options_.least_way);
 }
@@ -53,8 +61,9 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
 void LaggedYields::take(Chain& chain, double part) const {
     assert(gives_.size() == chain.grips.size());
     for (std::size_t j = 1; j < gives_.size(); ++j) {
-        double& give = chain.grips[j].give;
-        give += part * (gives_[j] - give);
+        Grip& grip = chain.grips[j];
+        grip.give += part * (gives_[j] - grip.give);
+        grip.along = alongs_[j];
     }
 }
 

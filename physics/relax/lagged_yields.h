@@ -28,6 +28,7 @@ public:
 private:
     LagOptions options_;
     std::vector<double> gives_;  // by joint, of measure() [mm/N]
+    std::vector<Vec3> alongs_;   // the same: directions of the vessels
 };
 
 }  // namespace physics

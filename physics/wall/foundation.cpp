@@ -44,8 +44,10 @@ struct Foundation::Data {
         int first = 0;  // degree of freedom of its first node
     };
     CentrelineTree tree;
-    std::vector<Tissue> tissues;  // of branches
-    std::vector<Beam> beams;      // of branches
+    std::vector<Tissue> tissues;   // of branches
+    std::vector<Beam> beams;       // of branches
+    std::vector<Vec3> directions;  // at stations
+    std::vector<double> gives;     // at stations [mm/N]
     int size = 0;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
 
@@ -53,6 +55,7 @@ struct Foundation::Data {
         : tree(branches, {}), tissues(given.begin(), given.end()) {
         if (tissues.size() == 1) tissues.resize(branches.size(), given[0]);
     }
+    void look_at_stations();
     void lay(std::span<const CentrelineBranch>);
     void assemble(std::span<const CentrelineBranch>);
     double way_at(int station) const { return tree.way(station, tree.stations()[station].centre).way; }
@@ -65,6 +68,26 @@ struct Foundation::Data {
         return std::clamp(station, 0, static_cast<int>(tree.stations().size()) - 1);
     }
 };
+
+void Foundation::Data::look_at_stations() {
+    const auto stations = tree.stations();
+    const int count = static_cast<int>(stations.size());
+    for (int i = 0; i < count; ++i) {
+        const Station& own = stations[i];
+        const auto a_radius_away = [&](int step) {
+            int end = i;
+            while (end + step >= 0 && end + step < count && stations[end + step].branch == own.branch &&
+                   (stations[end].centre - own.centre).norm() <= own.radius)
+                end += step;
+            return stations[end].centre;
+        };
+        directions.push_back((a_radius_away(1) - a_radius_away(-1)).normalized());
+        const Tissue& tissue = tissues[own.branch];
+        const double length = spread(tissue, own.radius);
+        gives.push_back(length > 0 ? 1 / (2 * tissue.modulus * length)
+                                   : std::numeric_limits<double>::infinity());
+    }
+}
 
 /// The displacement of a branch at a way. Its first node's displacement is that of the place of its parent,
 /// with the slope its own.
@@ -158,6 +181,7 @@ Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<con
               std::isfinite(tissue.wall)))
             throw std::invalid_argument("a tissue's modulus must be > 0 and its wall >= 0");
     auto data = std::make_unique<Data>(branches, tissues);
+    data->look_at_stations();
     data->lay(branches);
     data->assemble(branches);
     data_ = std::move(data);
@@ -183,11 +207,12 @@ Vec3 Foundation::at(const Displacement& of, int station, const Vec3& x) const {
     return sum;
 }
 
+Vec3 Foundation::along(int station) const {
+    return data_->directions[static_cast<std::size_t>(data_->modelled(station))];
+}
+
 double Foundation::give(int station) const {
-    const Station& s = data_->tree.stations()[data_->modelled(station)];
-    const Tissue& tissue = data_->tissues[s.branch];
-    const double length = spread(tissue, s.radius);
-    return length > 0 ? 1 / (2 * tissue.modulus * length) : std::numeric_limits<double>::infinity();
+    return data_->gives[static_cast<std::size_t>(data_->modelled(station))];
 }
 
 double Foundation::give_of_many(int station, double length) const {

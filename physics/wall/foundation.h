@@ -50,6 +50,8 @@ public:
     double give(int station) const;
     /// The same of forces that all joints bear alike, each for `length` of the vessel: 1/(k_f · length).
     double give_of_many(int station, double length) const;
+    /// Direction of the vessel, over a radius to both sides; unit.
+    Vec3 along(int station) const;
     /// Whether the vessel there has no bending stiffness of its own, so that a force moves no neighbour.
     bool springs_alone(int station) const;
     const CentrelineTree& tree() const;

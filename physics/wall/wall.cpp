@@ -28,77 +28,143 @@ WallContact LumenWall::rigid_contact(const Vec3& at, int station, const WallCont
     WallContact c;
     c.station = station, c.thickness = asked.thickness, c.held = asked.held;
     rigid_contacts({&at, 1}, {&c, 1});
-    c.share = asked.share, c.give = asked.give;
+    c.share = asked.share, c.give = asked.give, c.along = asked.along;
     return c;
 }
 
-/// Newton's method for the place y at which the vessel makes way for a joint at x, from a place near it; its
-/// contact is `at`. False where it leads out of the wall's reach, or inside the lumen: then the joint does
-/// not touch, or has to be asked for where it is.
-bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
-    constexpr int most_steps = 30;
-    constexpr double longest = 0.5, exact = 1e-12, near = 1e-6;  // of a step [mm]
-    const WallContact asked = at;
-    const double give = asked.give, support = 1 / give;
-    Mat3 of_wall;  // its Hessian at y
-    for (int step = 0;; ++step) {
-        if (at.normal.isZero(0)) return false;
-        const double k = asked.share * at.stiffness;
-        const Mat3 flat = k * at.normal * at.normal.transpose();
-        of_wall = flat + k * at.penetration * at.curvature;
-        // A wall that turns away from the joint more sharply than it holds it has no place of its own.
-        Eigen::LDLT<Mat3> solver(support * Mat3::Identity() + of_wall);
-        if (!solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-3 * support)) {
-            of_wall = flat;
-            solver.compute(support * Mat3::Identity() + of_wall);
-        }
-        Vec3 by = solver.solve(support * (x - y) - k * at.penetration * at.normal);
-        const double size = by.norm();
-        if (size <= exact * (1 + (x - y).norm())) break;
-        if (step == most_steps) {  // between two places that hold it alike
-            if (size > near) return false;
-            break;
-        }
-        if (size > longest) by *= longest / size;
-        y += by;
-        at = rigid_contact(y, at.station, asked);
+namespace {
+
+/// Hessian of k pen²/2, with k as it is there; or of its flat part, which is positive.
+Mat3 hessian(const WallContact& at, double k, bool whole) {
+    Mat3 second = k * at.normal * at.normal.transpose();
+    if (whole) second += k * at.penetration * at.curvature;
+    return second;
+}
+
+/// What makes way, of a step or of a Hessian: nothing along the vessel.
+struct Across {
+    Vec3 along;
+    Vec3 operator()(const Vec3& v) const { return v - along.dot(v) * along; }
+    Mat3 operator()(const Mat3& m) const {
+        const Mat3 across = Mat3::Identity() - along * along.transpose();
+        return across * m * across;
     }
-    if (!at.touches()) return false;
+};
+
+Vec3 newton_step(const Across& across, const WallContact& at, double k, double support, const Vec3& given) {
+    Eigen::LDLT<Mat3> solver(support * Mat3::Identity() + across(hessian(at, k, true)));
+    // A wall that turns away from the joint more sharply than the vessel is held.
+    if (!solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-3 * support))
+        solver.compute(support * Mat3::Identity() + across(hessian(at, k, false)));
+    const Vec3 push = k * at.penetration * at.normal;
+    return across(Vec3(solver.solve(support * given - across(push))));
+}
+
+double wall_energy(const WallContact& at, double k) {
+    return at.touches() ? 0.5 * k * at.penetration * at.penetration : 0.0;
+}
+
+}  // namespace
+
+/// Newton's method for the place y at which the vessel makes way for a joint at x, from one near it. Every
+/// step lowers the energy. The last one, in which the wall is what its derivatives say, is not made, but
+/// returned. Empty where it leads out of the wall's reach or of the wall.
+std::optional<Vec3> LumenWall::find_place(const Vec3& x, WallContact& at, Vec3& y) const {
+    constexpr int most_steps = 20, most_halvings = 6;
+    constexpr double longest = 0.5, exact = 1e-6, rounded = 1e-5;  // of a step [mm]
+    const WallContact asked = at;
+    const double support = 1 / asked.give;
+    const Across across{asked.along};
+    const auto k_of = [&](const WallContact& c) { return asked.share * c.stiffness; };
+    const auto energy = [&](const WallContact& c, const Vec3& place) {
+        return 0.5 * support * (x - place).squaredNorm() + wall_energy(c, k_of(c));
+    };
+    for (int step = 0; step < most_steps; ++step) {
+        if (at.normal.isZero(0)) break;
+        const double k = k_of(at);
+        Vec3 by;
+        if (at.touches()) {
+            by = newton_step(across, at, k, support, x - y);
+        } else {
+            // To where the wall bears what the vessel does here, if it is flat.
+            const Vec3 way = across(at.normal);
+            if (way.isZero(0)) break;
+            by = (-at.penetration + support * (x - y).norm() / k) / way.squaredNorm() * way;
+        }
+        const double size = by.norm();
+        if (at.touches() && size <= exact) return by;
+        if (!std::isfinite(size)) break;
+        if (size > longest) by *= longest / size;
+        const double before = energy(at, y), rounding = 1e-14 * before;
+        WallContact there = rigid_contact(y + by, at.station, asked);
+        int halvings = 0;
+        for (; energy(there, y + by) > before + rounding && halvings < most_halvings; ++halvings) {
+            by *= 0.5;
+            there = rigid_contact(y + by, at.station, asked);
+        }
+        // Where the wall has an edge, there may be no lower place and no rest here either.
+        if (halvings == most_halvings) {
+            if (at.touches() && size <= rounded) return Vec3::Zero();
+            return std::nullopt;
+        }
+        y += by;
+        at = there;
+    }
+    return std::nullopt;
+}
+
+/// The contact of a joint at x whose vessel makes way, from a place near that at which it does, whose contact
+/// is `at`; false where there is none.
+bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
+    const double give = at.give;
+    const WallContact asked = at;
+    const std::optional<Vec3> left = find_place(x, at, y);
+    if (!left) return false;
     const double k = asked.share * at.stiffness, in_series = 1 / (1 / k + give);
-    const Vec3 push = k * at.penetration * at.normal;  // at rest that of the vessel, too: (x − y)/give
-    // The sum that y makes least, to second order in what y is off by.
-    const double energy = 0.5 * (support * (x - y).squaredNorm() + k * at.penetration * at.penetration);
+    const Across across{asked.along};
+    Mat3 of_wall = hessian(at, k, true);
+    Mat3 held = Mat3::Identity() + give * across(of_wall);
+    if (!(held.determinant() > 1e-6)) {
+        of_wall = hessian(at, k, false);
+        held = Mat3::Identity() + give * across(of_wall);
+    }
+    const Vec3 push_there = k * at.penetration * at.normal, push = push_there + of_wall * *left;
+    const double energy = 0.5 * ((x - y - *left).squaredNorm() / give + k * at.penetration * at.penetration) +
+                          left->dot(push_there + 0.5 * of_wall * *left);
     at.penetration = std::sqrt(2 * energy / in_series);
     if (!(at.penetration > 0)) return false;
     const double force = in_series * at.penetration;
     at.normal = push / force;
-    const Mat3 second = of_wall * (Mat3::Identity() + give * of_wall).inverse();
+    const Mat3 through = Mat3::Identity() - asked.along * asked.along.transpose();
+    const Mat3 second = of_wall - give * of_wall * through * held.inverse() * through * of_wall;
     at.curvature = (second - in_series * at.normal * at.normal.transpose()) / force;
     at.stiffness = in_series;
     at.stiffening.setZero();
-    at.share = asked.share, at.give = asked.give, at.given = give * push;
+    at.share = asked.share, at.give = asked.give, at.along = asked.along;
+    at.given = give * across(push);
     return true;
 }
 
 /// The contact of one joint where its vessel makes way.
 WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
     if (!asked.given.isZero(0)) {
-        const Vec3 y = x - asked.given;
+        const Vec3 y = x - Across{asked.along}(asked.given);
         WallContact c = rigid_contact(y, asked.station, asked);
         if (made_way(x, c, y)) return c;
     }
     WallContact c = rigid_contact(x, asked.station, asked);
     if (c.touches()) {
-        const double k = asked.share * c.stiffness, slope = c.normal.squaredNorm();
-        const double way = asked.give * k * c.penetration / (1 + asked.give * k * slope);
-        const Vec3 y = x - way * c.normal;
+        const Vec3 normal = Across{asked.along}(c.normal);
+        const double k = asked.share * c.stiffness;
+        const double way = asked.give * k * c.penetration / (1 + asked.give * k * normal.squaredNorm());
+        const Vec3 y = x - way * normal;
         WallContact there = rigid_contact(y, c.station, asked);
         if (made_way(x, there, y)) return there;
     }
     c.soften(asked.share);
     if (c.touches()) {  // along the normal that the wall has for it
         c.stiffness = 1 / (1 / c.stiffness + asked.give);
-        c.given = asked.give * c.force() * c.normal;
+        c.given = asked.give * c.force() * Across{asked.along}(c.normal);
     }
     return c;
 }

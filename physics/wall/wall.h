@@ -2,6 +2,7 @@
 /// The answer of a lumen wall to a joint that may touch it.
 
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "physics/geometry/state.h"
@@ -28,8 +29,9 @@ struct WallContact {
     double thickness = 0;       // of the joint beyond the radius that the wall knows [mm]
     double share = 1;           // of the wall's stiffness for a joint of the spec's λ [-]
     double give = 0;            // way of the vessel for each newton of the joint; 0 = it stays [mm/N]
-    Vec3 given = Vec3::Zero();  // how far the vessel has made way; pass it back with the next query, which is
-                                // answered sooner for it [mm]
+    Vec3 along = Vec3::Zero();  // direction in which the vessel does not make way: its own; 0 = there is none
+    Vec3 given = Vec3::Zero();  // how far the vessel has made way; pass it back with the next query: where a
+                                // joint may be in one of two places, it stays in its own [mm]
     bool held = false;  // asked with the query: near the border of two vessels, stay with the station's;
                         // false in the answer where the joint is too far past it
 
@@ -45,10 +47,18 @@ struct WallContact {
     }
     void state(StateStream& s) {
         s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share, give,
-          given);
+          along, given);
     }
-    /// How deep the joint is in the wall of the vessel as it has made way [mm].
-    double pressed_in() const { return penetration - given.norm(); }
+    /// How deep the joint is in the wall of the vessel as it has made way: of two springs in series that of
+    /// the wall [mm].
+    double pressed_in() const {
+        return give > 0 && touches() ? force() * normal.norm() * (1 / stiffness - give) : penetration;
+    }
+    /// How far the vessel makes way for the joint a little beside, to first order [mm].
+    Vec3 given_beside(const Vec3& by) const {
+        const Vec3 change = give * (stiffness * normal.dot(by) * normal + force() * (curvature * by));
+        return given + change - along.dot(change) * along;
+    }
     void soften(double by) { stiffness *= by, stiffening *= by; }
 };
 
@@ -58,11 +68,13 @@ void require_finite(std::span<const Vec3> joints);
 
 /// A lumen wall. Its stations are hints that keep a joint in its branch between queries.
 ///
-/// A joint that presses with the force f moves its vessel by give · f: wall and vessel are two springs in
-/// series. With pen(y) the depth in the vessel where it was, the joint's energy is
-///     U(x) = min over y of |x − y|²/(2 give) + k pen(y)²/2,
+/// A joint that presses with the force f moves its vessel by give · f, across the vessel: wall and vessel are
+/// two springs in series. With pen(y) the depth in the vessel where it was, the joint's energy is
+///     U(x) = min over y of |x − y|²/(2 give) + k pen(y)²/2,   x − y ⟂ along,
 /// as smooth as pen is; its place y is never deeper in the wall than the force explains, however far the
-/// vessel has made way. Where pen is a distance, U is that of a wall with the stiffness 1/(1/k + give).
+/// vessel has made way. Where pen is a distance, U is that of a wall with the stiffness 1/(1/k + give). If
+/// the vessel could make way along itself, a joint that has pushed a bend aside by more than its radius would
+/// have two places.
 class LumenWall {
 public:
     virtual ~LumenWall() = default;
@@ -86,6 +98,7 @@ private:
     WallContact rigid_contact(const Vec3& at, int station, const WallContact& asked) const;
     WallContact yielding(const Vec3& x, const WallContact& asked) const;
     bool made_way(const Vec3& x, WallContact& at, Vec3 y) const;
+    std::optional<Vec3> find_place(const Vec3& x, WallContact& at, Vec3& y) const;
 
     std::shared_ptr<const Foundation> foundation_;
 };

@@ -179,7 +179,7 @@ void assign_torsion(const Chain& chain, Device& device) {
         double a = 0;
         for (int j = 1; j <= chain.segments(); ++j) {
             const double b = a + chain.lengths[j], from = device.inserted - std::min(b, device.inserted),
-                         to = device.inserted - a;
+                         to = device.inserted - a + (j == 1 ? device.outside : 0.0);
             // Distal of its end its frame goes on, and nothing turns it.
             const double most = 1e3 * torsional_rigidity_at(device.spec, 0) / chain.grid.segment_length;
             device.torsion[j] = to > from ? std::min(most, 1 / torsional_give(device.spec, from, to)) : most;
@@ -190,7 +190,8 @@ void assign_torsion(const Chain& chain, Device& device) {
         constexpr double least_shaft = 2;  // [mm]
         const double shaped = shaped_length(device.spec);
         device.windup_stiffness =
-            1 / torsional_give(device.spec, shaped, std::max(shaped + least_shaft, device.inserted));
+            1 / torsional_give(device.spec, shaped,
+                               std::max(shaped + least_shaft, device.inserted) + device.outside);
         assert(std::isfinite(device.windup_stiffness) && device.windup_stiffness > 0);
     }
 }
@@ -604,6 +605,8 @@ void split_segment(Chain& chain, int i, double share) {
         const Grip &a = chain.grips[i - 1], &b = chain.grips[i];
         grip.anchor = a.anchor + share * (b.anchor - a.anchor);
         grip.give = a.give + share * (b.give - a.give);
+        grip.given = a.given + share * (b.given - a.given);
+        grip.along = share < 0.5 ? a.along : b.along;
         grip.rested = std::min(a.rested, b.rested);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }

@@ -101,8 +101,13 @@ struct Chain {
     int outermost(double s) const;
     /// On the wall.
     bool has_friction() const;
-    /// How far the vessel makes way at the joint for each newton [mm/N].
-    double give_at(int joint) const { return grips.empty() ? 0.0 : grips[joint].give; }
+    /// What a query of the wall asks for the joint of its vessel: how it makes way, and has at the last rest.
+    void ask_vessel(int joint, WallContact& contact) const {
+        if (grips.empty()) return;
+        contact.give = grips[joint].give;
+        contact.along = grips[joint].along;
+        contact.given = grips[joint].given;
+    }
     /// Whether what has lain still is held by more than what slides.
     bool sticks() const;
     /// Whether a joint was put between two that lie λ apart.

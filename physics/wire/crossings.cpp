@@ -131,7 +131,7 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
         contacts[k].station = wire.stations[joint - 1];
         const int at = joint - 1 + (k == 2 ? 1 : 2 * k);
         contacts[k].thickness = wire.thickness[at];
-        contacts[k].give = wire.give_at(at);
+        wire.ask_vessel(at, contacts[k]);
     }
     wall.contacts(places, contacts);
     return contacts[2].touches() ||

@@ -128,6 +128,8 @@ struct Device {
     /// [j] = turn of the material frame at segment j against that at the introducer, [0] = 0: a shaft that
     /// twists segment by segment. Empty for one that is rigid or twists as a whole [rad].
     std::vector<double> wound;
+    /// Shaft between the hand and the introducer, which twists as the rest does [mm].
+    double outside = 0;
     /// Whether a hand holds its hub. One that is not held is kept by its valve alone: see drag().
     bool held = true;
 
@@ -150,7 +152,7 @@ struct Device {
     /// Turn of the hub that has not reached the distal end [rad].
     double wound_up() const { return wound.empty() ? windup : -wound.back(); }
 
-    void state(StateStream& s) { s(spec, inserted, roll, windup, wound, held); }
+    void state(StateStream& s) { s(spec, inserted, roll, windup, wound, outside, held); }
 };
 
 /// Direction in space in which a device is bent at rest, and by how much.

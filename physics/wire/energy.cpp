@@ -15,7 +15,7 @@ std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall)
         contacts[i].thickness = chain.thickness[i];
         contacts[i].held = true;
         contacts[i].share = chain.wall_share(static_cast<int>(i));
-        contacts[i].give = chain.give_at(static_cast<int>(i));
+        chain.ask_vessel(static_cast<int>(i), contacts[i]);
     }
     wall.contacts(chain.joints, contacts);
     return contacts;
@@ -26,7 +26,7 @@ std::vector<Foundation::Load> vessel_loads(const Chain& chain, std::span<const W
     std::vector<Foundation::Load> loads;
     for (std::size_t j = 1; j < contacts.size(); ++j)
         if (const WallContact& c = contacts[j]; c.touches())
-            loads.push_back({c.station, chain.joints[j] - c.given, c.push()});
+            if (c.give > 0) loads.push_back({c.station, chain.joints[j] - c.given, c.given / c.give});
     return loads;
 }
 
@@ -88,11 +88,6 @@ double relative_gradient(const Chain& chain, std::span<const WallContact> contac
                              chain.spring_constant(static_cast<int>(i) - 1));
     }
     return largest;
-}
-
-double euler_force(double rigidity, double length) {
-    assert(rigidity > 0 && length > 0);
-    return 4 * M_PI * M_PI * rigidity / (length * length);
 }
 
 double largest_penetration(std::span<const WallContact> contacts) {

@@ -31,10 +31,6 @@ std::vector<Vec3> energy_gradient(const Chain&, std::span<const WallContact>);
 /// Largest |dU/du_i| over C of that joint: zero at equilibrium [-].
 double relative_gradient(const Chain&, std::span<const WallContact>);
 
-/// Euler's load of a straight shaft of this rigidity [N·mm²] and length [mm], clamped at both ends: under a
-/// larger push it bows [N].
-double euler_force(double rigidity, double length);
-
 double largest_penetration(std::span<const WallContact>);  // ≥ 0 [mm]
 double largest_force(std::span<const WallContact>);        // ≥ 0 [N]
 

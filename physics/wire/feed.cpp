@@ -284,6 +284,25 @@ double feed(Chain& chain, int device, double mm) {
     }
 }
 
+void hold_at(Chain& chain, int which, double distance) {
+    assert(std::isfinite(distance) && distance >= 0);
+    Device& device = chain.devices[which];
+    const bool segments = device.twists_by_segments();
+    const double before = segments ? device.torsion[1] : device.windup_stiffness;
+    device.outside = distance;
+    assign(chain);
+    const double now = segments ? device.torsion[1] : device.windup_stiffness;
+    if (!(before > 0 && now > 0)) return;
+    // What lies inside stays as it is; the hand takes the shaft where the torque is the same.
+    const double twist = segments ? device.wound[1] : device.windup, change = (before / now - 1) * twist;
+    if (!segments) {
+        device.windup += change;
+        return;
+    }
+    device.roll -= change;
+    for (std::size_t j = 1; j < device.wound.size(); ++j) device.wound[j] += change;
+}
+
 void rotate(Chain& chain, int which, double angle) {
     assert(which >= every_device && which < static_cast<int>(chain.devices.size()) && std::isfinite(angle));
     for (std::size_t k = 0; k < chain.devices.size(); ++k) {

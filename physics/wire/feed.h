@@ -37,6 +37,9 @@ void regrid(Chain&);
 /// grows are made whole. Returns the length moved [mm]; less at the limits of plan_feed().
 double feed(Chain&, int device, double mm);
 
+/// A hand holds the device at another distance from the introducer [mm], with the torque that it has.
+void hold_at(Chain&, int device, double distance);
+
 /// Turns a device's hub, or every one's [rad]: its material frame follows at once, or its shaft winds up.
 void rotate(Chain&, int device, double angle);
 

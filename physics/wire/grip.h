@@ -40,7 +40,11 @@ struct Grip {
     /// Since it slipped or came to touch, up to rest_time: whether μ in `force` is the static one. Kept for
     /// devices of two coefficients only [s].
     double rested = rest_time;
-    double give = 0;  // of the vessel at the joint, which stays with the joint: WallContact::give [mm/N]
+    // Of the vessel at the joint, which stay with the joint: WallContact::give [mm/N], and ::given at the
+    // last rest, from which the next one is sought [mm].
+    double give = 0;
+    Vec3 given = Vec3::Zero();
+    Vec3 along = Vec3::Zero();  // WallContact::along
 
     bool holds() const { return force > 0; }
     /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
@@ -65,9 +69,10 @@ struct Grip {
     /// Whether both hold alike; time alone moves nothing.
     bool operator==(const Grip& other) const {
         return anchor == other.anchor && normal == other.normal && force == other.force &&
-               roll == other.roll && around == other.around && give == other.give;
+               roll == other.roll && around == other.around && give == other.give && given == other.given &&
+               along == other.along;
     }
-    void state(StateStream& s) { s(anchor, normal, force, roll, around, give, rested); }
+    void state(StateStream& s) { s(anchor, normal, force, roll, around, give, given, along, rested); }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.

@@ -214,7 +214,8 @@ public:
     explicit LumenCheck(const anatomy::Anatomy& anatomy)
         : anatomy_(anatomy), lumen_(anatomy::closed_lumen(anatomy)) {}
 
-    /// How much farther outside the lumen a joint is than its wall reports, at most [mm].
+    /// How much farther outside the lumen, as the vessel has made way, a joint is than its wall reports, at
+    /// most [mm].
     double hidden_depth(const physics::Chain& wire, std::span<const physics::WallContact> contacts) const {
         double most = 0;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -223,8 +224,9 @@ public:
             const anatomy::VesselEnd* end = end_near(joint, 3 * wire.grid.segment_length);
             if (end && end->role == anatomy::EndRole::Outlet) break;
             if (end) continue;
-            const double told = std::max(contacts[i].penetration, 0.0), distance = lumen_.distance(joint);
-            if (distance > told + most && !lumen_.encloses(joint)) most = distance - told;
+            const geometry::Vec3 place = joint - contacts[i].given;
+            const double told = std::max(contacts[i].pressed_in(), 0.0), distance = lumen_.distance(place);
+            if (distance > told + most && !lumen_.encloses(place)) most = distance - told;
         }
         return most;
     }

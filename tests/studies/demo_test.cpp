@@ -45,7 +45,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
         const auto broken = physics::validate(wire);  // finite, tangents unit, joints λ apart to 1e-9
         ASSERT_TRUE(broken.empty()) << "frame " << frame << ": " << broken.front();
         for (const physics::WallContact& c : simulation.contacts().subspan(1)) {
-            ASSERT_LE(c.penetration, 0.3) << "frame " << frame;
+            ASSERT_LE(c.pressed_in(), 0.3) << "frame " << frame;
         }
         // The walls press with what the bent wire needs: without the deepest contact it is not at
         // rest.

@@ -44,8 +44,11 @@ device = "vertebral5f"
 inserted_mm = 95.0
 )";
 
+/// Its vessels stay where they are, unless `more` says otherwise.
 scenario::Scenario blind(const std::string& more = "") {
-    return scenario::parse_scenario(blind_bend + more, "blind.toml", test::asset("devices"));
+    const bool said = more.find("[tissue]") != std::string::npos;
+    return scenario::parse_scenario(blind_bend + more + (said ? "" : "[tissue]\nrigid = true\n"),
+                                    "blind.toml", test::asset("devices"));
 }
 
 /// End-on force at the chain's end, from its contact alone.
@@ -238,7 +241,7 @@ TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
     std::printf(
         "%d frames of seeds 1 to 12: %d events, %d of them of catheters, %d rests above the threshold\n",
         frames, events, of_catheters, over);
-    EXPECT_GT(events, 20);
+    EXPECT_GT(events, 10);
     EXPECT_GT(over, events);
 }
 

@@ -33,6 +33,7 @@ scenario::Scenario bifurcation(const std::string& relaxer) {
     text.replace(text.find("[relaxer]"), 9, "[relaxer]\nkind = \"" + relaxer + "\"");
     scenario::Scenario scenario = test::small_scenario(text);
     scenario.tube.reset();
+    scenario.tissue.rigid = true;  // what crosses here is a segment across walls that stay
     scenario.vessels = test::small_tree();
     scenario.entry = {"main.in"};
     scenario.wire().inserted = 10;

@@ -40,7 +40,8 @@ double largest_force(const Exercise& exercise) {
 }  // namespace
 
 TEST(VesselsInTissue, MakeWayForAStiffWireAndTheTruthShowsThemWhereTheyAre) {
-    Exercise rigid = pushed_up({}), soft = pushed_up({{"tissue.modulus_N_per_mm2", "0.01"}});
+    Exercise rigid = pushed_up({{"tissue.rigid", "true"}}),
+             soft = pushed_up({{"tissue.modulus_N_per_mm2", "0.01"}});
     EXPECT_EQ(rigid.simulation().farthest_vessel_move(), 0);
     EXPECT_TRUE(rigid.simulation().vessel_moves().of_nodes.empty());
     const double moved = soft.simulation().farthest_vessel_move();

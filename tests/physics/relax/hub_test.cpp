@@ -7,6 +7,7 @@
 
 #include "physics/wall/mesh_wall.h"
 #include "physics/wire/energy.h"
+#include "physics/wire/outside_shaft.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -191,12 +192,12 @@ TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
     EXPECT_GT(hub.move(wire, {2, 0}, all_it_takes).relax.updates, 0);
 }
 
-/// A device without a buckling force has that of its shaft between hand and introducer.
 TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
     const TubeWall wall({{0, 0, 0}, {100, 0, 0}}, 1, 50);
     const double most = euler_force(40, 100);
     EXPECT_NEAR(most, 0.158, 0.001);
-    Hub hub({}, wall, 100);
+    Hub hub({}, wall);
+    hub.bear(0, most);
     Chain wire = wire_of_length(studies::PlainWire::uniform(40, 2), {{0, 0, 0}, {100, 0, 0}}, 96);
     hub.settle(wire, all_it_takes);
     bool buckled = false;
@@ -205,8 +206,15 @@ TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
         EXPECT_LE(hub.loads()[0].push, most);
     }
     EXPECT_TRUE(buckled);
+    // A shaft that bears more takes up what was refused.
+    const double inside = wire.inserted_length();
+    EXPECT_EQ(hub.move(wire, {1, 0}, all_it_takes).outcome, Outcome::Refused);
+    hub.bear(0, 4 * most);
+    EXPECT_EQ(hub.move(wire, {1, 0}, all_it_takes).outcome, Outcome::AtRest);
+    EXPECT_GT(wire.inserted_length(), inside);
+    Hub other({}, wall);
     wire.devices[0].spec.buckling_force = 0.1;
-    EXPECT_EQ(hub.passes_on(wire), 0.1);
+    EXPECT_EQ(other.passes_on(wire), 0.1);
     EXPECT_EQ(Hub({}, wall).passes_on(uniform_wire(40, 2, Vec3::Zero(), Vec3::UnitX(), {Vec3::UnitX()})),
               std::numeric_limits<double>::infinity());
 }

@@ -120,9 +120,9 @@ TEST(LumenWall, WallAndVesselAreTwoSpringsInSeries) {
         EXPECT_LT((c.push() - force * out).norm(), 1e-7 * force + 1e-9) << k << ": " << depth << ", " << give;
         EXPECT_NEAR(c.pressed_in(), force / (10 * share), 1e-8 * (1 + depth)) << k;
         EXPECT_LT((c.given - give * force * out).norm(), 1e-8 * (1 + depth)) << k;
-        // Across, the joint comes nearer to the axis again.
+        // Across, the joint comes nearer to the axis again. The Hessian is that of the last place but one.
         const Vec3 around(0, -std::sin(angle), std::cos(angle));
-        EXPECT_NEAR(depth * around.dot(c.curvature * around), depth / (2.6 + depth), 1e-5) << k;
+        EXPECT_NEAR(depth * around.dot(c.curvature * around), depth / (2.6 + depth), 1e-4) << k;
         EXPECT_NEAR(depth * out.dot(c.curvature * out), 0, 1e-5) << k;
     }
 }

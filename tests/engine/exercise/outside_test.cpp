@@ -1,0 +1,149 @@
+/// The shaft outside, from a hand's commands to what the trace says.
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/exercise/exercise.h"
+#include "engine/exercise/reading.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+using script::Held;
+
+/// A wire that rubs in a bend, by more than its shaft bears.
+constexpr double critical = 0.012;  // [N]
+scenario::Scenario tight(double torsional_rigidity = 0) {
+    scenario::Scenario s = test::small_scenario();
+    scenario::Device& wire = s.wire().device;
+    wire.friction = 0.5;
+    wire.buckling_force = critical;
+    test::set_torsion(wire, torsional_rigidity);
+    return s;
+}
+
+double fed_by(Simulation& simulation, const script::Command& command, int frames) {
+    double fed = 0;
+    for (int k = 0; k < frames; ++k) {
+        simulation.apply(command);
+        const StepReport report = simulation.step();
+        EXPECT_FALSE(report.settling);
+        if (report.refused) break;
+        if (const auto* in = std::get_if<script::Advance>(&command)) fed += in->length;
+        if (const auto* out = std::get_if<script::Withdraw>(&command)) fed -= out->length;
+    }
+    return fed;
+}
+
+}  // namespace
+
+TEST(Outside, WhatHandsFeedIsInsideOrInTheBow) {
+    Simulation simulation(tight());
+    const double start = simulation.inserted();
+    double fed = fed_by(simulation, script::Advance{1, Held::Wire}, 32);
+    const Hand pressed = simulation.hand(Held::Wire);
+    EXPECT_GT(pressed.bow, 3) << "it never bowed";
+    EXPECT_NEAR(simulation.inserted() + pressed.bow, start + fed, 1e-6);
+    EXPECT_LE(pressed.load.push, simulation.passes_on());
+    EXPECT_GT(pressed.load.push, 0.9 * critical);
+    // The bow comes out before the wire does.
+    const double inside = simulation.inserted();
+    fed += fed_by(simulation, script::Withdraw{1, Held::Wire}, static_cast<int>(pressed.bow) - 2);
+    EXPECT_NEAR(simulation.inserted(), inside, 0.3);
+    EXPECT_NEAR(simulation.inserted() + simulation.hand(Held::Wire).bow, start + fed, 1e-6);
+    fed += fed_by(simulation, script::Withdraw{1, Held::Wire}, 12);
+    EXPECT_LT(simulation.inserted(), inside - 5);
+    EXPECT_NEAR(simulation.inserted() + simulation.hand(Held::Wire).bow, start + fed, 1e-6);
+}
+
+TEST(Outside, CloserHandsPushHarder) {
+    Simulation far(tight()), near(tight());
+    near.apply(script::Grip{50, Held::Wire});
+    for (Simulation* simulation : {&far, &near}) fed_by(*simulation, script::Advance{1, Held::Wire}, 32);
+    EXPECT_GT(near.inserted(), far.inserted() + 3);
+    EXPECT_GT(near.hand(Held::Wire).load.push, 1.4 * far.hand(Held::Wire).load.push);
+    EXPECT_NEAR(near.passes_on() / far.passes_on(), 4, 0.01);
+}
+
+/// A hand that takes a bowed shaft closer to the valve, or a torsional one, moves nothing inside.
+TEST(Outside, AnotherGripMovesNothing) {
+    scenario::Scenario s = tight(100);
+    for (const auto model : {scenario::TorsionModel::Compliant, scenario::TorsionModel::Segments}) {
+        s.torsion = model;
+        Simulation simulation(s);
+        fed_by(simulation, script::Advance{1, Held::Wire}, 40);
+        simulation.apply(script::Rotate{1.5, Held::Wire});
+        for (int k = 0; k < 20; ++k) simulation.step();
+        const Hand before = simulation.hand(Held::Wire);
+        const geometry::Polyline joints = simulation.wire().joints;
+        simulation.apply(script::Grip{30, Held::Wire});
+        for (int k = 0; k < 5; ++k) simulation.step();
+        EXPECT_NEAR(simulation.hand(Held::Wire).load.torque, before.load.torque,
+                    1e-3 * std::abs(before.load.torque) + 1e-6);
+        double moved = 0;
+        for (std::size_t j = 0; j < joints.size(); ++j)
+            moved = std::max(moved, (simulation.wire().joints[j] - joints[j]).norm());
+        EXPECT_LT(moved, 0.02);
+    }
+}
+
+/// Where less of the shaft twists outside, a turn of the hub turns more of the tip.
+TEST(Outside, TheShaftOutsideTakesAPartOfTheTurn) {
+    scenario::Scenario s = tight(20);
+    s.torsion = scenario::TorsionModel::Compliant;
+    double wound[2];
+    for (const int close : {0, 1}) {
+        s.hand_distance = close ? 5 : 400;
+        Simulation simulation(s);
+        simulation.apply(script::Rotate{1, Held::Wire});
+        for (int k = 0; k < 20; ++k) simulation.step();
+        wound[close] = std::abs(simulation.wire().devices[0].wound_up());
+    }
+    EXPECT_GT(wound[0], 1.2 * wound[1]);
+}
+
+/// A thousand frames of random hands at several distances: what is fed is inside or bowed, and no push is
+/// more than the shaft bears by more than is felt.
+TEST(Outside, RandomHandsLoseNothing) {
+    for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+        SCOPED_TRACE(seed);
+        std::mt19937 random(seed);
+        const auto unit = [&] { return random() / 4294967296.0; };
+        scenario::Scenario s = tight();
+        s.wire().device.static_friction = 0.6;
+        Simulation simulation(s);
+        double fed = 0;
+        const double start = simulation.inserted();
+        for (int frame = 0; frame < 250; ++frame) {
+            const double mm = 3 * unit() * (unit() < 0.7 ? 1 : -1);
+            if (unit() < 0.05) {
+                // What is inside may come out by as much as the shaft no longer bears.
+                const double before = simulation.hand(Held::Wire).bow;
+                simulation.apply(script::Grip{10 + 150 * unit(), Held::Wire});
+                fed += simulation.hand(Held::Wire).bow - before;
+                continue;
+            }
+            if (mm > 0)
+                simulation.apply(script::Advance{mm, Held::Wire});
+            else
+                simulation.apply(script::Withdraw{-mm, Held::Wire});
+            if (unit() < 0.3) simulation.apply(script::Rotate{unit() - 0.5, Held::Wire});
+            StepReport report = simulation.step();
+            for (int k = 0; k < 50 && (report.settling || report.waiting_insertion != 0); ++k)
+                report = simulation.step();
+            ASSERT_EQ(report.waiting_insertion, 0) << "frame " << frame;
+            const Hand hand = simulation.hand(Held::Wire);
+            ASSERT_LE(hand.load.push, simulation.passes_on() + 1.5e-3) << "frame " << frame;
+            const double now = simulation.inserted() + hand.bow - start;
+            if (report.refused || report.withdrawal_stopped || report.whole_wire_is_in)
+                fed = now;  // told: not all of it was made
+            else
+                fed += mm;
+            ASSERT_NEAR(now, fed, 1e-6) << "frame " << frame << ", seed " << seed;
+        }
+    }
+}
+
+}  // namespace exercise
