@@ -53,6 +53,7 @@ void Outside::grip(int device, const scenario::Device& of, double distance) {
 
 double Outside::goes_in(int device, double feed, double push) const {
     const physics::OutsideShaft& shaft = shafts_[device];
+    if (!std::isfinite(push)) return feed;
     if (feed < 0) return std::min(0.0, feed + std::max(0.0, shaft.bow));  // the bow comes out first
     // Both give alike: the chain by its answer, the shaft by its stiffness.
     const double bow = std::max(shaft.bow, shaft.bow_at(std::min(push, shaft.push_at(shaft.most_bow()))));
@@ -63,7 +64,8 @@ double Outside::goes_in(int device, double feed, double push) const {
 
 void Outside::fed(int device, double by, double in, double before, double now) {
     shafts_[device].bow += by - in;
-    if (std::abs(in) > 1e-6) answers_[device] = std::clamp((now - before) / in, 0.0, stiffest);
+    if (const double answer = (now - before) / in; std::abs(in) > 1e-6 && std::isfinite(answer))
+        answers_[device] = std::clamp(answer, 0.0, stiffest);
     if (by != 0) tries_ = 0;
 }
 
@@ -90,7 +92,7 @@ std::optional<Outside::Release> Outside::release(const physics::Chain& chain,
     for (int k = 0; k < static_cast<int>(shafts_.size()); ++k) {
         const physics::Device& device = chain.devices[k];
         const physics::OutsideShaft& shaft = shafts_[k];
-        if (!device.held || device.inserted <= 0) continue;
+        if (!device.held || device.inserted <= 0 || !std::isfinite(loads[k].push)) continue;
         const double off = shaft.push_at(shaft.bow) - loads[k].push;
         const double over = std::abs(off) - felt - felt_share * shaft.critical;
         const double push = std::min(loads[k].push, shaft.push_at(shaft.most_bow()));
