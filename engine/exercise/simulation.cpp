@@ -36,8 +36,7 @@ constexpr double opening_reach = 1.5;
 constexpr int rounds_of_mending = 4;
 /// The shaft outside has bowed visibly where less of what a hand feeds goes in.
 constexpr double hardly = 0.5;
-constexpr double any_push = 1e9;  // [N]
-constexpr double lost = 1e-3;     // gradient of a wire that came to no rest [-]
+constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
 
 /// Sums the reports of a frame, whose sharpest bend counts and not the last.
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
@@ -433,7 +432,7 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
         hub_->bear(k, k == fed                                ? outside_.bears(k, part.feed)
                       : motion.released && k == motion.device ? outside_.bears(k)
-                                                              : any_push);
+                                                              : outside_.passes_on(k));
     if (const auto loads = hub_->loads(); fed >= 0 && !motion.removes && !loads.empty()) {
         push_before_ = loads[fed].push;
         const double in = outside_.goes_in(fed, part.feed, push_before_);
