@@ -1,11 +1,10 @@
-/// The shaft outside, from a hand's commands to what the trace says.
+/// The shaft outside, from a hand's commands to what the hand feels.
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/reading.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
