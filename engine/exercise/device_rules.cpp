@@ -11,6 +11,10 @@ namespace exercise {
 
 std::string missing_device(const script::Command& command, const scenario::Scenario& scenario) {
     using script::Held;
+    if (std::holds_alternative<script::Grip>(command) &&
+        scenario.relaxer.kind != physics::RelaxerKind::Global)
+        return fmt::format("'{}' asks for the shaft outside, which only the relaxer \"global\" knows",
+                           script::to_text(command));
     // Without a device around the wire there is nothing to take it out of.
     const bool alone = scenario.devices.size() == 1;
     Held asked = Held::Wire;

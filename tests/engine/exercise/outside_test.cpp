@@ -103,6 +103,13 @@ TEST(Outside, TheShaftOutsideTakesAPartOfTheTurn) {
     EXPECT_GT(wound[0], 1.2 * wound[1]);
 }
 
+TEST(Outside, ThePapersRelaxersRefuseAGrip) {
+    scenario::Scenario s = test::small_scenario();
+    s.relaxer.kind = physics::RelaxerKind::Segment;
+    Simulation simulation(s);
+    EXPECT_THROW(simulation.apply(script::Grip{30, Held::Wire}), io::InputError);
+}
+
 /// A thousand frames of random hands at several distances: what is fed is inside or bowed, and no push is
 /// more than the shaft bears by more than is felt.
 TEST(Outside, RandomHandsLoseNothing) {
