@@ -364,10 +364,11 @@ int Simulation::updates_left(const StepReport& report) const {
     return std::max(frame_updates() - report.relax.updates, 0);
 }
 
-/// Whether the frame has updates left to begin something with, and probably to end it; one that has done
-/// nothing always has, as has one with more than half of them: a frame is never idle for want of certainty.
-bool Simulation::may_begin(const StepReport& report) const {
-    const double probable = std::min(probable_work * usual_work_, 0.5 * frame_updates());
+/// Whether the frame has updates left to begin so many things with, and probably to end them; one that has
+/// done nothing always has, as has one with more than half of them: a frame is never idle for want of
+/// certainty.
+bool Simulation::may_begin(const StepReport& report, int things) const {
+    const double probable = std::min(things * probable_work * usual_work_, 0.5 * frame_updates());
     return report.relax.updates == 0 ||
            updates_left(report) >= std::max<double>(physics::Hub::least_updates(moving_), probable);
 }
@@ -380,7 +381,8 @@ void Simulation::move_hub(StepReport& report) {
         account(hub_->settle(moving_, frame_updates()), report);
     }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
-    while (hub_is_idle() && !waiting_.empty() && may_begin(report)) {
+    // Crossings that a motion leaves are mended in its frame.
+    while (hub_is_idle() && !waiting_.empty() && may_begin(report, 2)) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
         if (hub_is_idle()) balance();
         if (hub_is_idle()) show_rest(report);

@@ -245,7 +245,7 @@ private:
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int frame_updates() const;
     int updates_left(const StepReport&) const;
-    bool may_begin(const StepReport&) const;
+    bool may_begin(const StepReport&, int things = 1) const;
     bool tip_has_left() const;
 
     scenario::Scenario scenario_;

@@ -184,7 +184,10 @@ std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anato
         anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
     const std::vector<physics::Tissue> tissues = tissues_of(s, anatomy);
     const auto in_tissue = [&](std::shared_ptr<physics::LumenWall> wall) {
-        if (!tissues.empty()) wall->lie_in(std::make_shared<physics::Foundation>(anatomy.branches, tissues));
+        if (!tissues.empty()) {
+            const auto ends = anatomy.openings();
+            wall->lie_in(std::make_shared<physics::Foundation>(anatomy.branches, tissues, ends));
+        }
         return wall;
     };
     if (s.wall_model == WallModel::Analytic)

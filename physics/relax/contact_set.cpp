@@ -28,7 +28,8 @@ void ContactSet::update(const Chain& wire) {
         const Vec3& x = wire.joints[i];
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
                            shares_[i] == contacts_[i].share && thickness_[i] == contacts_[i].thickness &&
-                           vessels_[i].give == contacts_[i].give && vessels_[i].along == contacts_[i].along;
+                           vessels_[i].give == contacts_[i].give && vessels_[i].along == contacts_[i].along &&
+                           vessels_[i].shift == contacts_[i].shift;
         if (asked && (x == asked_at_[i] || known(i, x))) continue;
         add(i, x, wire.stations[i], x == asked_at_[i] ? contacts_[i].given : vessels_[i].given);
     }
@@ -172,6 +173,7 @@ WallContact ContactSet::question(int joint, int station) const {
     c.share = shares_[joint];
     c.give = vessels_[joint].give;
     c.along = vessels_[joint].along;
+    c.shift = vessels_[joint].shift;
     c.given = contacts_[joint].given;
     return c;
 }

@@ -37,6 +37,7 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
     const Foundation::Displacement displacement = foundation.displacement(vessel_loads(chain, contacts));
     gives_.assign(contacts.size(), 0.0);
     alongs_.assign(contacts.size(), Vec3::Zero());
+    shifts_.assign(contacts.size(), Vec3::Zero());
     double farthest = 0, missed = 0;
     for (std::size_t j = 1; j < contacts.size(); ++j) {
         const WallContact& c = contacts[j];
@@ -44,16 +45,20 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
         double& give = gives_[j] = least_give(foundation, chain, joint, c.station);
         alongs_[j] = foundation.along(c.station);
         if (!c.touches() || foundation.springs_alone(c.station)) continue;
-        const Vec3 push = c.given / c.give;  // across the vessel
+        const Vec3 push = c.on_vessel();
         const double force = push.norm();
         if (force == 0) continue;
         const Vec3 moved = foundation.at(displacement, c.station, chain.joints[j] - c.given);
         give = std::clamp(moved.dot(push) / (force * force), give,
                           softer * most_give(foundation, chain, joint, c.station));
+        // What is left of it against the joint's own force: of vessels that others push back.
+        if (const double left = moved.dot(push) / force - give * force; left < 0)
+            shifts_[j] = left / force * push;
         farthest = std::max(farthest, give * force);
         const double turned = (alongs_[j] - chain.grips[j].along).norm();
         missed =
-            std::max(missed, std::abs(give - chain.grips[j].give) * force + turned * turned * give * force);
+            std::max(missed, std::abs(give - chain.grips[j].give) * force + turned * turned * give * force +
+                                 (shifts_[j] - chain.grips[j].shift).norm());
     }
     return missed / (options_.yield_tolerance * farthest + options_.least_way);
 }
@@ -64,6 +69,7 @@ void LaggedYields::take(Chain& chain, double part) const {
         Grip& grip = chain.grips[j];
         grip.give += part * (gives_[j] - grip.give);
         grip.along = alongs_[j];
+        grip.shift += part * (shifts_[j] - grip.shift);
     }
 }
 

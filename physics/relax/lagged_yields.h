@@ -29,6 +29,7 @@ private:
     LagOptions options_;
     std::vector<double> gives_;  // by joint, of measure() [mm/N]
     std::vector<Vec3> alongs_;   // the same: directions of the vessels
+    std::vector<Vec3> shifts_;   // and by how much others push them back [mm]
 };
 
 }  // namespace physics

@@ -154,8 +154,9 @@ std::size_t DistanceField::bytes() const {
 WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked) const {
     WallContact c;
     c.thickness = asked.thickness;
-    c.station =
+    const int own =
         asked.held ? tree.locate_within(x, asked.station, sheets.sheet_of) : tree.locate(x, asked.station);
+    c.station = sheets.gone_over(tree, x, own);
     c.held = asked.held && asked.station >= 0 && sheets.sheet_of[c.station] == sheets.sheet_of[asked.station];
     c.stiffness = stiffness.mean();
     const PastEnd past(x, ends, tree.ends_at(c.station), spacing);

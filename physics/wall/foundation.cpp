@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/wall/past_end.h"
+
 namespace physics {
 namespace {
 
@@ -41,28 +43,38 @@ struct Foundation::Data {
     struct Beam {
         double start = 0, length = 0;  // way along the vessels of its first node; of an element [mm]
         int elements = 0;
-        int first = 0;  // degree of freedom of its first node
+        int first = 0;      // degree of freedom of its first node
+        double before = 0;  // of its length, past an open end where the branch starts [mm]
+        double after = 0;   // and where it stops
     };
     CentrelineTree tree;
-    std::vector<Tissue> tissues;   // of branches
-    std::vector<Beam> beams;       // of branches
-    std::vector<Vec3> directions;  // at stations
-    std::vector<double> gives;     // at stations [mm/N]
+    std::vector<Tissue> tissues;     // of branches
+    std::vector<Beam> beams;         // of branches
+    std::vector<int> first_station;  // of branches, and the number of stations
+    std::vector<Vec3> directions;    // at stations
+    std::vector<double> gives;       // at stations [mm/N]
     int size = 0;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
 
-    Data(std::span<const CentrelineBranch> branches, std::span<const Tissue> given)
-        : tree(branches, {}), tissues(given.begin(), given.end()) {
+    Data(std::span<const CentrelineBranch> branches, std::span<const Tissue> given,
+         std::span<const OpenEnd> ends)
+        : tree(branches, {ends.begin(), ends.end()}), tissues(given.begin(), given.end()) {
         if (tissues.size() == 1) tissues.resize(branches.size(), given[0]);
     }
     void look_at_stations();
     void lay(std::span<const CentrelineBranch>);
     void assemble(std::span<const CentrelineBranch>);
+    void find_gives();
+    using Entries = std::vector<Eigen::Triplet<double>>;
+    static void tie(const Place&, const Place&, double stiffness, Entries&);
+    void tie_where_one(int branch, int other, Entries&) const;
     double way_at(int station) const { return tree.way(station, tree.stations()[station].centre).way; }
     Place place(int branch, double way) const;
     Place place(int station, const Vec3& x) const {
-        return place(tree.stations()[station].branch, tree.way(station, x).way);
+        const int branch = tree.stations()[station].branch;
+        return place(branch, tree.way(station, x).way + past_ends(branch, x));
     }
+    double past_ends(int branch, const Vec3& x) const;
     int modelled(int station) const {
         assert(!tree.stations().empty());
         return std::clamp(station, 0, static_cast<int>(tree.stations().size()) - 1);
@@ -82,10 +94,6 @@ void Foundation::Data::look_at_stations() {
             return stations[end].centre;
         };
         directions.push_back((a_radius_away(1) - a_radius_away(-1)).normalized());
-        const Tissue& tissue = tissues[own.branch];
-        const double length = spread(tissue, own.radius);
-        gives.push_back(length > 0 ? 1 / (2 * tissue.modulus * length)
-                                   : std::numeric_limits<double>::infinity());
     }
 }
 
@@ -101,6 +109,26 @@ Place Foundation::Data::place(int branch, double way) const {
     return p;
 }
 
+/// How far the vessel goes on past an open end, as PastEnd has it; a sheath is no vessel [mm].
+double goes_on(const OpenEnd& end) {
+    if (end.goes_on == Continuation::Sheath) return 0;
+    return std::min(end.length, PastEnd::narrows_over * end.radius);
+}
+
+/// Way past the first (< 0) or last station of a branch of a place there [mm].
+double Foundation::Data::past_ends(int branch, const Vec3& x) const {
+    const Beam& beam = beams[branch];
+    const auto stations = tree.stations();
+    const int first = first_station[branch], last = first_station[branch + 1] - 1;
+    if (beam.after > 0)
+        if (const double past = (x - stations[last].centre).dot(directions[last]); past > 0)
+            return std::min(past, beam.after);
+    if (beam.before > 0)
+        if (const double past = (stations[first].centre - x).dot(directions[first]); past > 0)
+            return -std::min(past, beam.before);
+    return 0;
+}
+
 void Foundation::Data::lay(std::span<const CentrelineBranch> branches) {
     int first = 0;
     for (std::size_t b = 0; b < branches.size(); ++b) {
@@ -108,20 +136,63 @@ void Foundation::Data::lay(std::span<const CentrelineBranch> branches) {
         const int stations = static_cast<int>(branch.points.size());
         Beam beam;
         beam.first = size;
-        beam.start = way_at(first);
-        const double length = way_at(first + stations - 1) - beam.start;
+        for (const OpenEnd& end : tree.ends()) {
+            const int at = tree.locate(end.centre, -1);
+            if (at < first || at >= first + stations) continue;
+            (at - first < stations / 2 ? beam.before : beam.after) = goes_on(end);
+        }
+        beam.start = way_at(first) - beam.before;
+        const double length = way_at(first + stations - 1) - way_at(first) + beam.before + beam.after;
         double least = *std::min_element(branch.radii.begin(), branch.radii.end());
         const double wanted = std::clamp(spread(tissues[b], least) / elements_per_length, shortest, longest);
         beam.elements = std::max(1, static_cast<int>(std::ceil(length / wanted)));
         beam.length = length / beam.elements;
         size += 2 * (beam.elements + 1);
         beams.push_back(beam);
+        first_station.push_back(first);
         first += stations;
+    }
+    first_station.push_back(first);
+}
+
+/// A spring between two places.
+void Foundation::Data::tie(const Place& a, const Place& b, double stiffness, Entries& entries) {
+    std::array<int, 8> of{};
+    std::array<double, 8> weight{};
+    for (int i = 0; i < 4; ++i) {
+        of[i] = a.of[i], weight[i] = a.weight[i];
+        of[i + 4] = b.of[i], weight[i + 4] = -b.weight[i];
+    }
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) entries.emplace_back(of[i], of[j], stiffness * weight[i] * weight[j]);
+}
+
+/// From the start of a branch on, as far as its lumen overlaps another's, both share a wall: as wide as the
+/// overlap w, two walls thick and of Young's modulus E, which holds them together by E w/2h per length. With
+/// `wall` = E h/R that is wall (R/h)² w/2R.
+void Foundation::Data::tie_where_one(int branch, int other, Entries& entries) const {
+    constexpr double thickness = 0.1;  // h/R of an artery (estimate; 0.06 to 0.16)
+    const auto stations = tree.stations();
+    const int start = first_station[branch], end = first_station[branch + 1];
+    for (int s = start; s < end; ++s) {
+        const Station& own = stations[s];
+        int nearest = first_station[other];
+        for (int t = nearest; t < first_station[other + 1]; ++t)
+            if ((stations[t].centre - own.centre).squaredNorm() <
+                (stations[nearest].centre - own.centre).squaredNorm())
+                nearest = t;
+        const double overlap =
+            own.radius + stations[nearest].radius - (stations[nearest].centre - own.centre).norm();
+        if (overlap <= 0) return;
+        const double width = std::min(overlap, 2 * own.radius),
+                     length = way_at(std::min(s + 1, end - 1)) - way_at(std::max(s - 1, start));
+        const double modulus = tissues[branch].wall / (thickness * thickness) * width / (2 * own.radius);
+        tie(place(branch, way_at(s)), place(nearest, own.centre), 0.5 * length * modulus, entries);
     }
 }
 
 void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
-    std::vector<Eigen::Triplet<double>> entries;
+    Entries entries;
     int first = 0;
     for (std::size_t b = 0; b < branches.size(); ++b) {
         const CentrelineBranch& branch = branches[b];
@@ -149,18 +220,19 @@ void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
                                          mass[i][j] + bend[i][j]);
         }
         if (branch.parent >= 0) {
-            // A stiff spring between the first node and the place of the parent that carries it.
-            const Place parent = place(branch.parent, way_at(first));
-            const double reach = std::max(h, spread(tissues[b], branch.radii[0]));
             constexpr double stiffer = 1e4;
-            const double tie = stiffer * k * reach;
-            std::array<int, 5> of{beam.first};
-            std::array<double, 5> weight{1};
-            for (int i = 0; i < 4; ++i) of[i + 1] = parent.of[i], weight[i + 1] = -parent.weight[i];
-            for (int i = 0; i < 5; ++i)
-                for (int j = 0; j < 5; ++j) entries.emplace_back(of[i], of[j], tie * weight[i] * weight[j]);
+            const double reach = std::max(h, spread(tissues[b], branch.radii[0]));
+            tie(place(static_cast<int>(b), way_at(first)), place(branch.parent, way_at(first)),
+                stiffer * k * reach, entries);
         }
         first += static_cast<int>(branch.points.size());
+    }
+    for (int b = 0; b < static_cast<int>(branches.size()); ++b) {
+        const int parent = branches[b].parent;
+        if (parent < 0) continue;
+        tie_where_one(b, parent, entries);
+        for (int sibling = 0; sibling < b; ++sibling)
+            if (branches[sibling].parent == parent) tie_where_one(b, sibling, entries);
     }
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());
@@ -171,7 +243,26 @@ void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
             "cannot be solved");
 }
 
-Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<const Tissue> tissues) {
+/// What a force at each station moves the vessel there by, with all that is joined to it.
+void Foundation::Data::find_gives() {
+    const auto stations = tree.stations();
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+    for (int s = 0; s < static_cast<int>(stations.size()); ++s) {
+        if (tissues[stations[s].branch].wall == 0) {
+            gives.push_back(std::numeric_limits<double>::infinity());
+            continue;
+        }
+        const Place p = place(s, stations[s].centre);
+        for (int k = 0; k < 4; ++k) right[p.of[k]] = p.weight[k];
+        const Eigen::VectorXd moved = solver.solve(right);
+        double give = 0;
+        for (int k = 0; k < 4; ++k) give += p.weight[k] * moved[p.of[k]], right[p.of[k]] = 0;
+        gives.push_back(give);
+    }
+}
+
+Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<const Tissue> tissues,
+                       std::span<const OpenEnd> ends) {
     if (tissues.size() != 1 && tissues.size() != branches.size())
         throw std::invalid_argument("expected one tissue or one a branch, " +
                                     std::to_string(branches.size()) + ", found " +
@@ -180,10 +271,11 @@ Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<con
         if (!(tissue.modulus > 0 && std::isfinite(tissue.modulus) && tissue.wall >= 0 &&
               std::isfinite(tissue.wall)))
             throw std::invalid_argument("a tissue's modulus must be > 0 and its wall >= 0");
-    auto data = std::make_unique<Data>(branches, tissues);
+    auto data = std::make_unique<Data>(branches, tissues, ends);
     data->look_at_stations();
     data->lay(branches);
     data->assemble(branches);
+    data->find_gives();
     data_ = std::move(data);
 }
 

@@ -24,8 +24,9 @@ struct Tissue {
 
 /// All vessels of a tree in their tissue, as cubic (Hermite) beam elements along their centrelines, the
 /// same in every direction across and along the vessel. A branch starts where its parent carries it, free to
-/// turn there. The system is factorised once; an answer takes a time in proportion to the length of the
-/// vessels.
+/// turn there, and is one with it, or with another of its branches, as far as their lumens overlap: a wall
+/// that both share holds them together. Past an open end a vessel goes on as PastEnd says. The system is
+/// factorised once; an answer takes a time in proportion to the length of the vessels.
 class Foundation {
 public:
     /// A force on the vessel at a place near its station.
@@ -39,7 +40,7 @@ public:
 
     /// One tissue for all branches, or one for each. Throws std::invalid_argument for another number, a
     /// modulus or wall that is not finite, modulus ≤ 0 or wall < 0, and as CentrelineTree does.
-    Foundation(std::span<const CentrelineBranch>, std::span<const Tissue>);
+    Foundation(std::span<const CentrelineBranch>, std::span<const Tissue>, std::span<const OpenEnd> = {});
     ~Foundation();
 
     /// How far the loads move the vessels.

@@ -34,8 +34,13 @@ std::vector<double> widest_beyond(const CentrelineTree& tree) {
 
 /// Stations within reach along the vessels (Dijkstra's algorithm, stopped there).
 std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vector<double>& widest,
-                           std::vector<double>& way) {
+                           std::vector<double>& way, std::vector<int>& entries) {
     const auto stations = tree.stations();
+    const auto enters = [&](int s) {
+        return stations[s].branch != stations[from].branch &&
+               std::ranges::none_of(entries,
+                                    [&](int e) { return stations[e].branch == stations[s].branch; });
+    };
     using Entry = std::pair<double, int>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     std::vector<int> touched{from}, seen;
@@ -48,8 +53,10 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
         // A station always sees its own neighbours, however far apart the samples are.
         const auto next = tree.neighbours(from);
         if (length <= 2 * (stations[from].radius + stations[s].radius) ||
-            std::find(next.begin(), next.end(), s) != next.end())
+            std::find(next.begin(), next.end(), s) != next.end()) {
             seen.push_back(s);
+            if (enters(s)) entries.push_back(s);
+        }
         for (int t : tree.neighbours(s)) {
             const double there = length + (stations[t].centre - stations[s].centre).norm();
             const double reach = 2 * (stations[from].radius + widest[t]) + way_rounding;
@@ -66,13 +73,30 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
 
 }  // namespace
 
+int VesselSheets::gone_over(const CentrelineTree& tree, const Vec3& x, int own) const {
+    const auto stations = tree.stations();
+    if (stations[own].power(x) <= 0) return own;
+    int best = own;
+    for (const int entry : entries[own]) {
+        const int other = tree.locate(x, entry);
+        const double radius = stations[other].radius, power = stations[other].power(x);
+        // The power grows by about twice the radius times the way past the border, or out of the ball.
+        if (power < 0.25 * radius * radius && power + 0.5 * radius * radius < stations[own].power(x) &&
+            power < stations[best].power(x))
+            best = other;
+    }
+    return best;
+}
+
 VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<double(double)>& near) {
     const auto stations = tree.stations();
     const int count = static_cast<int>(stations.size());
     const std::vector<double> widest = widest_beyond(tree);
     VesselSheets sheets;
     std::vector<double> way(count, std::numeric_limits<double>::max());
-    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, widest, way));
+    sheets.entries.resize(count);
+    for (int s = 0; s < count; ++s)
+        sheets.seen.push_back(seen_from(tree, s, widest, way, sheets.entries[s]));
     auto sees = [&](int a, int b) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };

@@ -86,10 +86,11 @@ std::optional<Vec3> LumenWall::find_place(const Vec3& x, WallContact& at, Vec3& 
         if (at.touches()) {
             by = newton_step(across, at, k, support, x - y);
         } else {
-            // To where the wall bears what the vessel does here, if it is flat.
-            const Vec3 way = across(at.normal);
-            if (way.isZero(0)) break;
-            by = (-at.penetration + support * (x - y).norm() / k) / way.squaredNorm() * way;
+            // Back towards x, to where the wall bears what the vessel does here, if it is flat.
+            by = across(Vec3(x - y));
+            const double nearer = at.normal.dot(by);
+            if (by.isZero(0) || !(nearer > 0)) break;
+            by *= std::min(1.0, (-at.penetration + support * (x - y).norm() / k) / nearer);
         }
         const double size = by.norm();
         if (at.touches() && size <= exact) return by;
@@ -169,6 +170,16 @@ WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
     return c;
 }
 
+/// The same of one that has been shifted before that.
+WallContact LumenWall::shifted(const Vec3& x, WallContact asked) const {
+    const Vec3 shift = asked.shift;
+    asked.given -= shift;
+    WallContact c = yielding(x - shift, asked);
+    c.shift = shift;
+    c.given += shift;
+    return c;
+}
+
 void LumenWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     assert(joints.size() == contacts.size());
     // A run of joints whose vessels stay where they are is asked for at once.
@@ -176,7 +187,7 @@ void LumenWall::contacts(std::span<const Vec3> joints, std::span<WallContact> co
     const auto stays = [](const WallContact& c) { return c.give == 0; };
     for (std::size_t i = 0; i < joints.size();) {
         if (!stays(contacts[i])) {
-            contacts[i] = yielding(joints[i], contacts[i]);
+            contacts[i] = shifted(joints[i], contacts[i]);
             ++i;
             continue;
         }

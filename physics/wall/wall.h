@@ -30,7 +30,8 @@ struct WallContact {
     double share = 1;           // of the wall's stiffness for a joint of the spec's λ [-]
     double give = 0;            // way of the vessel for each newton of the joint; 0 = it stays [mm/N]
     Vec3 along = Vec3::Zero();  // direction in which the vessel does not make way: its own; 0 = there is none
-    Vec3 given = Vec3::Zero();  // how far the vessel has made way; pass it back with the next query: where a
+    Vec3 shift = Vec3::Zero();  // of the vessel by others' forces, held while a rest is sought [mm]
+    Vec3 given = Vec3::Zero();  // how far the vessel has made way, with the shift; pass it back with the next query: where a
                                 // joint may be in one of two places, it stays in its own [mm]
     bool held = false;  // asked with the query: near the border of two vessels, stay with the station's;
                         // false in the answer where the joint is too far past it
@@ -47,7 +48,7 @@ struct WallContact {
     }
     void state(StateStream& s) {
         s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share, give,
-          along, given);
+          along, shift, given);
     }
     /// How deep the joint is in the wall of the vessel as it has made way: of two springs in series that of
     /// the wall [mm].
@@ -59,6 +60,8 @@ struct WallContact {
         const Vec3 change = give * (stiffness * normal.dot(by) * normal + force() * (curvature * by));
         return given + change - along.dot(change) * along;
     }
+    /// Of the joint on its vessel, across it, where that makes way [N].
+    Vec3 on_vessel() const { return give > 0 ? Vec3((given - shift) / give) : Vec3(Vec3::Zero()); }
     void soften(double by) { stiffness *= by, stiffening *= by; }
 };
 
@@ -97,6 +100,7 @@ public:
 private:
     WallContact rigid_contact(const Vec3& at, int station, const WallContact& asked) const;
     WallContact yielding(const Vec3& x, const WallContact& asked) const;
+    WallContact shifted(const Vec3& x, WallContact asked) const;
     bool made_way(const Vec3& x, WallContact& at, Vec3 y) const;
     std::optional<Vec3> find_place(const Vec3& x, WallContact& at, Vec3& y) const;
 

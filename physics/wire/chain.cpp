@@ -606,6 +606,7 @@ void split_segment(Chain& chain, int i, double share) {
         grip.anchor = a.anchor + share * (b.anchor - a.anchor);
         grip.give = a.give + share * (b.give - a.give);
         grip.given = a.given + share * (b.given - a.given);
+        grip.shift = a.shift + share * (b.shift - a.shift);
         grip.along = share < 0.5 ? a.along : b.along;
         grip.rested = std::min(a.rested, b.rested);
         chain.grips.insert(chain.grips.begin() + i, grip);

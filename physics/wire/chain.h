@@ -106,6 +106,7 @@ struct Chain {
         if (grips.empty()) return;
         contact.give = grips[joint].give;
         contact.along = grips[joint].along;
+        contact.shift = grips[joint].shift;
         contact.given = grips[joint].given;
     }
     /// Whether what has lain still is held by more than what slides.

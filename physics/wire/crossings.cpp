@@ -1,6 +1,7 @@
 #include "physics/wire/crossings.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -69,6 +70,13 @@ public:
     Search(const LumenWall& wall, const Vec3& from, const Vec3& to)
         : wall_(wall), from_(from), length_((to - from).norm()), way_((to - from) / length_) {}
 
+    /// The segment goes from one vessel into another.
+    void goes_over(const WallContact& from, const WallContact& to) {
+        vessels_ = {from.given, to.given};
+        stations_ = {from.station, to.station};
+        goes_over_ = true;
+    }
+
     std::optional<Crossing> run(const WallContact& at_from, const WallContact& at_to, double tolerance) {
         assert(length_ > 0 && tolerance >= 0);
         const double ends = std::max({0.0, at_from.penetration, at_to.penetration});
@@ -97,11 +105,15 @@ private:
         if (a.contact.trust + b.contact.trust >= length || length < shortest) return;
         if (most_between(a, b) <= limit_) return;
         Probe middle{0.5 * (a.at + b.at), {}};
-        middle.contact.station = a.contact.station;
-        middle.contact.thickness = std::min(a.contact.thickness, b.contact.thickness);
-        const Vec3 given = 0.5 * (a.contact.given + b.contact.given), x = from_ + middle.at * way_ - given;
-        wall_.contacts({&x, 1}, {&middle.contact, 1});
-        middle.contact.given = given;
+        if (goes_over_) {
+            // What either vessel holds is in neither's wall.
+            middle.contact = ask(a, b, middle.at, stations_[0], vessels_[0]);
+            const WallContact other = ask(a, b, middle.at, stations_[1], vessels_[1]);
+            if (other.penetration < middle.contact.penetration) middle.contact = other;
+        } else {
+            middle.contact =
+                ask(a, b, middle.at, a.contact.station, 0.5 * (a.contact.given + b.contact.given));
+        }
         if (middle.contact.penetration > limit_) {
             deepest_ = middle.contact.penetration;
             deepest_at_ = middle.at;
@@ -111,12 +123,25 @@ private:
         look_between(middle, b);
     }
 
+    WallContact ask(const Probe& a, const Probe& b, double at, int station, const Vec3& given) const {
+        WallContact c;
+        c.station = station;
+        c.thickness = std::min(a.contact.thickness, b.contact.thickness);
+        const Vec3 x = from_ + at * way_ - given;
+        wall_.contacts({&x, 1}, {&c, 1});
+        c.given = given;
+        return c;
+    }
+
     const LumenWall& wall_;
     Vec3 from_;
     double length_;
     Vec3 way_;
     double limit_ = 0;  // of penetration: nothing less is searched for [mm]
     double deepest_ = 0, deepest_at_ = -1;
+    bool goes_over_ = false;
+    std::array<Vec3, 2> vessels_;    // how far each has made way [mm]
+    std::array<int, 2> stations_{};  // in each
 };
 
 /// Whether a joint bears a force, or the segment merged from both its own would cross the wall. A segment
@@ -153,7 +178,10 @@ std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from
         c.given = other.given;
     };
     if (first.touches() != last.touches()) go_with(first, last), go_with(last, first);
-    return Search(wall, from, to).run(first, last, tolerance);
+    Search search(wall, from, to);
+    if (first.given != last.given && !wall.same_vessel(first.station, last.station))
+        search.goes_over(first, last);
+    return search.run(first, last, tolerance);
 }
 
 std::vector<Crossing> crossings(const Chain& wire, std::span<const WallContact> contacts,

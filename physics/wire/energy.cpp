@@ -26,7 +26,7 @@ std::vector<Foundation::Load> vessel_loads(const Chain& chain, std::span<const W
     std::vector<Foundation::Load> loads;
     for (std::size_t j = 1; j < contacts.size(); ++j)
         if (const WallContact& c = contacts[j]; c.touches())
-            if (c.give > 0) loads.push_back({c.station, chain.joints[j] - c.given, c.given / c.give});
+            if (c.give > 0) loads.push_back({c.station, chain.joints[j] - c.given, c.on_vessel()});
     return loads;
 }
 
@@ -34,7 +34,11 @@ Energy total_energy(const Chain& chain, std::span<const WallContact> contacts) {
     assert(contacts.size() == chain.joints.size());
     Energy energy;
     energy.bending = bending_energy(chain);
-    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
+    for (std::size_t i = 1; i < contacts.size(); ++i) {
+        energy.wall += contacts[i].energy();
+        // Of the tissue, which is half of forces times ways.
+        if (contacts[i].touches()) energy.wall += 0.5 * contacts[i].shift.dot(contacts[i].on_vessel());
+    }
     for (int i = 1; i <= chain.segments(); ++i)
         energy.load -= chain.length_of(i) * chain.load.dot(chain.joints[i] - chain.joints[0]);
     energy.torsion = twist_energy(chain);

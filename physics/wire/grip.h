@@ -45,6 +45,7 @@ struct Grip {
     double give = 0;
     Vec3 given = Vec3::Zero();
     Vec3 along = Vec3::Zero();  // WallContact::along
+    Vec3 shift = Vec3::Zero();  // WallContact::shift [mm]
 
     bool holds() const { return force > 0; }
     /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
@@ -70,9 +71,9 @@ struct Grip {
     bool operator==(const Grip& other) const {
         return anchor == other.anchor && normal == other.normal && force == other.force &&
                roll == other.roll && around == other.around && give == other.give && given == other.given &&
-               along == other.along;
+               along == other.along && shift == other.shift;
     }
-    void state(StateStream& s) { s(anchor, normal, force, roll, around, give, given, along, rested); }
+    void state(StateStream& s) { s(anchor, normal, force, roll, around, give, given, along, shift, rested); }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.
