@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <fmt/format.h>
 #include <limits>
 
@@ -207,6 +208,27 @@ void check_radii(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
 }
 
+/// From the axis of a root to the mouths of the coronary arteries, that is of what leaves within two radii.
+/// The sinuses are thirds of a circle: of two mouths, the mean that faces both as well as can be.
+Vec3 facing_mouths(const std::vector<CentrelineBranch>& branches, const geometry::OpenEnd& end) {
+    Vec3 u, v;
+    geometry::tangent_basis(end.outward_normal, u, v);
+    std::complex<double> sum;
+    for (const CentrelineBranch& branch : branches) {
+        if (branch.parent < 0 || (branch.points[0] - end.centre).norm() > 2 * end.radius) continue;
+        for (const Vec3& point : branch.points) {
+            const Vec3 way = point - branch.points[0];
+            const std::complex<double> aside(way.dot(u), way.dot(v));
+            if (std::abs(aside) < end.radius) continue;
+            sum += std::pow(aside / std::abs(aside), 3);
+            break;
+        }
+    }
+    if (std::abs(sum) < 1e-6) return Vec3::Zero();
+    const double angle = std::arg(sum) / 3;
+    return std::cos(angle) * u + std::sin(angle) * v;
+}
+
 }  // namespace
 
 std::vector<geometry::OpenEnd> Anatomy::openings() const {
@@ -217,7 +239,9 @@ std::vector<geometry::OpenEnd> Anatomy::openings() const {
     };
     for (const VesselEnd& end : ends) {
         result.push_back(end.opening);
-        if (is_root(end.opening)) result.back().goes_on = geometry::Continuation::Root;
+        if (!is_root(end.opening)) continue;
+        result.back().goes_on = geometry::Continuation::Root;
+        result.back().faces = facing_mouths(branches, end.opening);
     }
     return result;
 }

@@ -118,6 +118,7 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
     hash.add(static_cast<std::uint64_t>(kind));
     hash.add(stiffness.mean());
     hash.add(stiffness.length());
+    hash.add(stiffness.joint_length());
     add_all(stiffness.terms());
     add_all(tissues);
     hash.add(wire_radius);
@@ -140,6 +141,7 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
         hash.add(static_cast<std::uint64_t>(end.goes_on));
         hash.add(end.bore);
         hash.add(end.length);
+        hash.add(end.faces.data(), sizeof(double) * 3);
     }
     return hash.value();
 }
@@ -181,7 +183,7 @@ std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anato
     static anatomy::SharedStore<std::uint64_t, physics::LumenWall> walls;
     const double wire_radius = 0.5 * s.wire().device.outer_diameter;
     const physics::WallStiffness stiffness =
-        anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
+        anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation).per(s.segment_length);
     const std::vector<physics::Tissue> tissues = tissues_of(s, anatomy);
     const auto in_tissue = [&](std::shared_ptr<physics::LumenWall> wall) {
         if (!tissues.empty()) {
@@ -192,7 +194,7 @@ std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anato
     };
     if (s.wall_model == WallModel::Analytic)
         return in_tissue(std::make_shared<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
-                                                             stiffness, wire_radius));
+                                                             stiffness, wire_radius, anatomy.openings()));
     const auto kind =
         s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
     const double thickest = s.thickest_radius();

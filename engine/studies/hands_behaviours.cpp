@@ -191,7 +191,7 @@ BehaviourRun root_loop(const StudyOptions& options) {
     }
     trial.draw("at the end");
     return trial.finish(
-        width > 0 ? width : std::nan(""), width > 0 && past < Trial::depth_of_root,
+        width > 0 ? width : std::nan(""), width > 0 && past < trial.depth_of_root(),
         fmt::format("with {:.0f} mm inside, its turn {:.0f} mm below the sinotubular junction; "
                     "push up to {:.2f} N",
                     inside, past, largest_push(course)));
@@ -259,13 +259,15 @@ WayBack way_back(std::span<const HandSample> samples, std::size_t device, std::s
 double loop_width(const Polyline& path, const Vec3& direction, double behind) {
     const auto reach = [&](std::size_t k) { return path[k].dot(direction); };
     std::size_t turn = 0;
-    for (std::size_t k = 0; k < path.size(); ++k)
+    for (std::size_t k = 0; k < path.size(); ++k) {
         if (reach(k) > reach(turn)) turn = k;
-    std::size_t before = turn, after = turn;
-    while (before > 0 && reach(before) > reach(turn) - behind) --before;
-    while (after + 1 < path.size() && reach(after) > reach(turn) - behind) ++after;
-    const bool comes_back = reach(after) <= reach(turn) - behind && before > 0;
-    return comes_back ? (path[before] - path[after]).norm() : std::nan("");
+        if (reach(k) > reach(turn) - behind) continue;
+        std::size_t before = turn;
+        while (before > 0 && reach(before) > reach(turn) - behind) --before;
+        if (reach(before) <= reach(turn) - behind) return (path[before] - path[k]).norm();
+        turn = k;  // the path began there, and has only come back
+    }
+    return std::nan("");
 }
 
 }  // namespace studies

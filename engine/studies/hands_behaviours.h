@@ -43,8 +43,8 @@ struct WayBack {
 };
 WayBack way_back(std::span<const HandSample>, std::size_t device, std::size_t first);
 
-/// Distance across a loop of the path, `behind` its farthest point in the direction that it came from; not a
-/// number where it does not come back so far [mm].
+/// Distance across the first loop of the path, `behind` its farthest point in the direction that it came
+/// from; not a number where the path nowhere comes back so far [mm].
 double loop_width(const Polyline&, const Vec3& direction, double behind);
 
 }  // namespace studies

@@ -7,6 +7,7 @@
 
 namespace studies {
 
+using geometry::degree;
 using script::Held;
 
 /// A stiffer part of the wire comes into the siphon, which takes up the slack of the microcatheter.
@@ -74,30 +75,39 @@ BehaviourRun wire_drag(const StudyOptions& options) {
         Held::Catheter);
 }
 
-/// Without the wire the knee should form where there is room, and the tip point back up from it.
+/// By the left subclavian artery: it holds the tip while the knee forms in the arch, and the push with a turn
+/// lets this slide down the ascending aorta and draws the tip out.
 BehaviourRun reformed_simmons(const StudyOptions& options) {
-    Trial trial(options, "Simmons", {"carotid_vertebral", {{"catheter.device", "\"simmons2-5f\""}}},
-                "glide035 in simmons2-5f",
-                "the wire drawn out, the catheter pushed on by up to 180 mm round the arch into the root");
+    constexpr double turned = 300 * degree, twisted = 300 * degree, into_subclavian = 60, on = 160;
+    constexpr int parts = 24;
+    Trial trial(
+        options, "Simmons", {"carotid_vertebral", {{"catheter.device", "\"simmons2-5f\""}}},
+        "glide035 in simmons2-5f",
+        "the wire drawn out, the catheter turned by 300 deg and pushed 60 mm into the left subclavian "
+        "artery, then 160 mm on while it is turned by 300 deg");
     HandCourse& course = trial.course;
+    course.turn_step = 5 * degree;
     course.feed(-270);
-    trial.draw("wire out");
+    course.turn(turned, Held::Catheter);
+    course.feed(into_subclavian, Held::Catheter);
+    trial.draw("in the left subclavian artery");
     course.begin();
-    double leg = 0, pushed = 0;
-    bool through = false;
-    course.feed(180, Held::Catheter, [&] {
+    double leg = 0, pushed = 0, past = 0;
+    for (int part = 0; part < parts; ++part) {
+        course.turn(twisted / parts, Held::Catheter);
+        course.feed(on / parts, Held::Catheter);
         const Polyline path = course.path(Held::Catheter);
         leg = std::max(leg, trial.leg_in_ascending_aorta(path));
         pushed = std::max(pushed, course.reading(Held::Catheter).push);
-        through = trial.past_junction(path) > Trial::depth_of_root;
-        return course.last().buckled || through;
-    });
+        past = std::max(past, trial.past_junction(path));
+    }
     trial.draw("at the end");
+    const Trial::Place tip = trial.place_of(course.reading(Held::Catheter).tip);
     return trial.finish(
-        leg, leg > 15,
-        fmt::format("{} with {:.0f} mm inside, push up to {:.2f} N; 65 mm in the catalogue's shape",
-                    through ? "the tip goes through the valve" : "the way ends",
-                    course.reading(Held::Catheter).inserted, pushed),
+        leg, leg > 15 && past < trial.depth_of_root(),
+        fmt::format("the tip ends in {}, {:.0f} mm along it, with {:.0f} mm inside; push up to {:.2f} N; "
+                    "65 mm in the catalogue's shape",
+                    tip.vessel, tip.along, course.reading(Held::Catheter).inserted, pushed),
         Held::Catheter);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "physics/wall/past_end.h"
+
 namespace studies {
 
 Trial::Trial(const StudyOptions& options, const std::string& behaviour, const HandScene& scene,
@@ -51,6 +53,13 @@ double Trial::past_junction(const Polyline& path) const {
         if (end.goes_on == geometry::Continuation::Root)
             for (const Vec3& x : path) past = std::max(past, end.beyond(x));
     return past;
+}
+
+double Trial::depth_of_root() const {
+    constexpr double into_the_wall = 2;  // [mm]
+    for (const geometry::OpenEnd& end : course.simulation().anatomy().openings())
+        if (end.goes_on == geometry::Continuation::Root) return physics::floor_of_root(end) + into_the_wall;
+    return 0;
 }
 
 BehaviourRun Trial::finish(double measured, bool appears, const std::string& note, script::Held shown) {

@@ -29,9 +29,8 @@ public:
     std::string vessel_at(const Vec3& x) const { return place_of(x).vessel; }
     /// The lowest place of a path past the plane at which the aortic root begins [mm].
     double past_junction(const Polyline&) const;
-    /// The cusps' lowest places lie 21 mm below the sinotubular junction (Schäfers 2006), and the wall rounds
-    /// them; past this is the ventricle [mm].
-    static constexpr double depth_of_root = 23;
+    /// Past this is the ventricle: where the cusps' lowest places are, and 2 mm of their wall [mm].
+    double depth_of_root() const;
     /// How far the end of the path rises again above its lowest place, where that is in the ascending aorta,
     /// within 90 mm of the root along the vessel; else 0 [mm].
     double leg_in_ascending_aorta(const Polyline&) const;

@@ -16,6 +16,7 @@
 #include "engine/studies/plain_wire.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/relax/hub.h"
+#include "physics/wall/even_rims.h"
 #include "physics/wall/past_end.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
@@ -222,16 +223,27 @@ void WildHand::act(exercise::Simulation& simulation) {
     }
 }
 
+namespace {
+
+/// With the rims that lie in no plane led on to one, as every wall has them.
+anatomy::Anatomy with_even_rims(anatomy::Anatomy anatomy) {
+    anatomy.lumen = physics::with_even_rims(anatomy.lumen, anatomy.openings());
+    return anatomy;
+}
+
+}  // namespace
+
 RawLumen::RawLumen(const anatomy::Anatomy& anatomy)
-    : closed_(anatomy::closed_lumen(anatomy)), wall_(anatomy.lumen) {
-    for (const geometry::OpenEnd& opening : anatomy.openings()) ends_.push_back({opening, 0});
-    for (const geometry::BoundaryLoop& rim : geometry::topology(anatomy.lumen).loops) {
+    : vessels_(with_even_rims(anatomy)), closed_(anatomy::closed_lumen(vessels_)), wall_(vessels_.lumen) {
+    for (const geometry::OpenEnd& opening : vessels_.openings()) ends_.push_back({opening, 0});
+    for (const geometry::BoundaryLoop& rim : geometry::topology(vessels_.lumen).loops) {
         const auto distance = [&](const End& end) { return (end.opening.centre - rim.centroid).norm(); };
         End& end = *std::min_element(ends_.begin(), ends_.end(),
                                      [&](const End& a, const End& b) { return distance(a) < distance(b); });
         for (const int v : rim.vertices)
-            end.inside = std::max(
-                end.inside, (end.opening.centre - anatomy.lumen.vertices[v]).dot(end.opening.outward_normal));
+            end.inside =
+                std::max(end.inside,
+                         (end.opening.centre - vessels_.lumen.vertices[v]).dot(end.opening.outward_normal));
     }
 }
 

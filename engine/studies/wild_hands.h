@@ -107,6 +107,7 @@ private:
     double outside_mesh_by(const geometry::Vec3&, double within) const;
     double outside_by(const geometry::Vec3&, const End&, double within) const;
 
+    anatomy::Anatomy vessels_;  // their rims led on to planes, as every wall has them
     geometry::MeshQuery closed_, wall_;
     std::vector<End> ends_;
 };

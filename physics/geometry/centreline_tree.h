@@ -35,6 +35,9 @@ struct OpenEnd {
     double radius = 0;                    // [mm]
     Continuation goes_on = Continuation::Artery;
     double bore = 0;  // radius of a sheath [mm]
+    /// Of a root: from its axis to the mouth of a coronary artery, which one of the sinuses faces; unit,
+    /// across the axis. Zero: the root may be turned in any way.
+    Vec3 faces = Vec3::Zero();
     /// Past the plane: a sheath's, or after which an artery is closed that would go on longer [mm].
     double length = std::numeric_limits<double>::infinity();
 

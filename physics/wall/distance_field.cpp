@@ -26,7 +26,7 @@ constexpr double least_slope = 0.9;
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t file_version = 5;
+constexpr std::uint32_t file_version = 6;
 constexpr char file_magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// FNV-1a over 8-byte words, the last filled with zeros.
@@ -170,6 +170,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         past.apply(x, joint, inner - joint, c);
     }
     if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.way(c.station, x), c);
+    if (!past.inside()) past.part_cusps(x, joint, stiffness.joint_length(), c);
     return c;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "physics/geometry/parallel.h"
+#include "physics/wall/even_rims.h"
 #include "physics/wall/station_runs.h"
 
 namespace physics {
@@ -485,10 +486,14 @@ private:
 LumenSurface lumen_surface(const TriangleMesh& mesh, const CentrelineTree& tree) {
     const StationRuns runs(tree.stations(), all_of(tree.stations()));
     int seed = -1;
-    return LumenSurface(mesh, [&](const Vec3& x) {
+    const auto inward = [&](const Vec3& x) {
         seed = runs.deepest(x, seed);
         return tree.stations()[seed].centre;
-    });
+    };
+    LumenSurface surface(mesh, inward);
+    const TriangleMesh even = with_even_rims(surface.mesh(), tree.ends());
+    if (static_cast<int>(even.triangles.size()) == surface.count()) return surface;
+    return LumenSurface(even, inward);
 }
 
 double band_section(double radius, double inner, double outer) {

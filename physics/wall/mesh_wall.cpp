@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "physics/geometry/embree_mesh.h"
+#include "physics/geometry/mesh_topology.h"
+#include "physics/wall/even_rims.h"
 #include "physics/wall/past_end.h"
 
 namespace physics {
@@ -19,16 +21,16 @@ constexpr double near_wall = 0.35;
 }  // namespace
 
 struct MeshWall::Scene {
-    TriangleMesh mesh;
     CentrelineTree tree;
+    TriangleMesh mesh;
     WallStiffness stiffness;
     double wire_radius;
     EmbreeMesh embree;
     std::vector<ContinuedEnd> ends = continued_ends(tree.ends());
 
     Scene(const TriangleMesh& lumen, CentrelineTree centrelines, WallStiffness k, double radius)
-        : mesh(lumen),
-          tree(std::move(centrelines)),
+        : tree(std::move(centrelines)),
+          mesh(with_even_rims(welded(lumen), tree.ends())),
           stiffness(std::move(k)),
           wire_radius(radius),
           embree(mesh) {}
@@ -64,6 +66,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) 
     const PastEnd past(x, ends, tree.ends_at(c.station), 0);
     if (!past.inside()) {
         past.apply(x, joint, joint, c);
+        past.part_cusps(x, joint, stiffness.joint_length(), c);
         return c;
     }
     past.limit(x, joint, c);

@@ -14,6 +14,11 @@ constexpr double passing_share = 1;  // of the end's radius
 constexpr double passing_root = 0.3;  // of that of an aorta
 constexpr double starts_over = 0.25;  // of the end's radius: the narrowing
 constexpr double closes_over = 1;     // way past a cone's last place [mm]
+constexpr double seam_fades = 0.7;    // over which a seam ends around its axis [mm]
+
+double square(double x) {
+    return x * x;
+}
 
 /// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
 struct SmoothStep {
@@ -46,36 +51,64 @@ RoundCone open_to(double radius, double core) {
     return cone;
 }
 
+/// The root of an aorta, in radii of its sinotubular junction. Diameters of 29 mm at the junction, 34 mm at
+/// the sinuses (echography of 135 adults: Roman 1989, Am J Cardiol 64:507); the cusps' lowest places 21 mm
+/// below the junction (Schäfers 2006, J Thorac Cardiovasc Surg 132:436). Three balls of a circle's third
+/// each are the sinuses; between them the cusps rise from the middle to the junction, and are lowest where
+/// they meet: 9 mm above their lowest places (as Schäfers has it; 9.8 ± 0.9 mm in repaired valves that hold:
+/// Bierbach 2010, Eur J Cardiothorac Surg 38:400).
+struct Root {
+    static constexpr double sinus = 0.55, off_axis = 0.62, centre = 0.94 + passing_root, narrows = 0.2;
+    /// Where the narrowing ball of the junction ends on the axis.
+    static constexpr double meet = 1.15;
+};
+
+/// The middle of the closed valve. A pressure of 9.33 kPa (70 mmHg), the lower of the two at which Hamid,
+/// Sabbah and Stein (1985, Eng Fract Mech 21:773) load a closed leaflet; the cusps' curvature is that of the
+/// sinuses that they close.
+Seam seam_of(double r) {
+    constexpr double diastolic = 9.33e-3, lie_on_each_other = 5;  // [N/mm²]; [mm] (from memory: 4 to 5)
+    Seam seam;
+    seam.half = lie_on_each_other;
+    seam.middle = Root::meet * r + seam.half;
+    seam.reach = 1.7;
+    seam.pressure = diastolic;
+    seam.curvature = Root::sinus * r;
+    return seam;
+}
+
 /// The root of an aorta of radius r at the sinotubular junction, and the left ventricle.
 void add_root(const OpenEnd& end, RoundCones& cones) {
-    // In radii of the junction. Diameters of 29 mm at the junction, 34 mm at the sinuses (echography of 135
-    // adults: Roman 1989, Am J Cardiol 64:507); the cusps' lowest places 21 mm below the junction, and where
-    // they meet 8 mm above these (Schäfers 2006, J Thorac Cardiovasc Surg 132:436: 9 mm).
-    constexpr double sinus = 0.59, off_axis = 0.58, centre = 0.9 + passing_root, narrows = 0.2;
-    // A wire of 0.035 inch goes through the hole, a catheter only by force [mm].
-    constexpr double hole = 0.55, hole_core = 0.3;
+    // Wide enough for a catheter of 6 F, which must part the cusps; a larger one would cut into the sinuses
+    // [mm].
+    constexpr double hole = 1.1, hole_core = 0.3;
     // 47 mm across and 87 mm long, at the end of diastole (Lang 2015, J Am Soc Echocardiogr 28:1) [mm].
     constexpr double ventricle = 23.5, ventricle_length = 40, cusp = 3;
-    const double r = end.radius, floor = (centre + sinus) * r + cusp;
+    const double r = end.radius, floor = floor_of_root(end) + cusp;
     RoundCone junction;
     junction.radius = r;
-    junction.narrows = narrows;
+    junction.narrows = Root::narrows;
     junction.starts = junction.last = passing_root * r;
     cones.add(junction);
     Vec3 u, v;
     tangent_basis(end.outward_normal, u, v);
+    if (!end.faces.isZero(0)) {
+        u = end.faces;
+        v = end.outward_normal.cross(u);
+    }
     for (int k = 0; k < 3; ++k) {
         const double angle = 2 * std::numbers::pi / 3 * k;
         RoundCone ball;
-        ball.aside = off_axis * r * (std::cos(angle) * u + std::sin(angle) * v);
-        ball.radius = sinus * r;
-        ball.first = ball.last = centre * r;
+        ball.aside = Root::off_axis * r * (std::cos(angle) * u + std::sin(angle) * v);
+        ball.radius = Root::sinus * r;
+        ball.first = ball.last = Root::centre * r;
         cones.add(ball);
     }
     RoundCone through = open_to(hole, hole_core);
-    through.first = centre * r;
+    through.first = Root::meet * r;
     through.last = floor + cusp;
     cones.add(through);
+    cones.seam = seam_of(r);
     RoundCone chamber;
     chamber.radius = ventricle;
     chamber.first = floor + ventricle;
@@ -84,6 +117,18 @@ void add_root(const OpenEnd& end, RoundCones& cones) {
 }
 
 }  // namespace
+
+double Seam::force(double joint) const {
+    return 8.0 / 3 * std::numbers::sqrt2 * pressure * std::sqrt(curvature * joint) * joint;
+}
+
+double Seam::squeeze(double joint) const {
+    return 1.5 * force(joint) / joint;
+}
+
+double floor_of_root(const OpenEnd& end) {
+    return (Root::centre + Root::sinus) * end.radius + 0.5 * closes_over;
+}
 
 RoundCones cones_past(const OpenEnd& end) {
     RoundCones cones;
@@ -228,6 +273,46 @@ void PastEnd::apply(const Vec3& x, double joint, double known, WallContact& c) c
     c.penetration += step.value * more;
     // Between two walls that are not touched lies none.
     c.trust = std::max(0.0, std::min(c.trust, round_trust));
+}
+
+void PastEnd::part_cusps(const Vec3& x, double joint, double joint_length, WallContact& c) const {
+    if (!end_ || end_->cones.seam.half == 0 || joint <= 0) return;
+    const Seam& seam = end_->cones.seam;
+    const Vec3& out = end_->end.outward_normal;
+    const Vec3 beside = x - end_->end.centre - past_ * out;
+    const double t = (past_ - seam.middle) / seam.half, full = square(seam.reach - seam_fades),
+                 over = square(seam.reach) - full;
+    const double away = std::max(std::abs(past_ - seam.middle) - seam.half, beside.norm() - seam.reach);
+    if (away >= 0) {
+        c.trust = std::min(c.trust, away);
+        return;
+    }
+    // How far they are parted: all along it to nothing at its ends, and around it.
+    const double within = 1 - t * t;
+    const SmoothStep fade((beside.squaredNorm() - full) / over);
+    const double share = within * within * within, slope = -6 * t * within * within / seam.half,
+                 curve = 6 * within * (5 * t * t - 1) / (seam.half * seam.half), around = 1 - fade.value;
+    const Vec3 fades = -2 * fade.slope / over * beside;
+    const Mat3 axis = out * out.transpose();
+    const Mat3 cross = slope * fades * out.transpose();
+    const double parted = share * around;
+    const Vec3 first = slope * around * out + share * fades;
+    const Mat3 second = curve * around * axis + cross + cross.transpose() -
+                        share * (2 * fade.slope / over * (Mat3::Identity() - axis) +
+                                 4 * fade.curve / (over * over) * beside * beside.transpose());
+    // Of the cusps, k d²/2 with d = 4/3 a where they are parted.
+    const double whole = 4.0 / 3 * joint, k = joint_length * seam.squeeze(joint) / whole, d = whole * parted;
+    const Vec3 push = k * d * whole * first + (c.touches() ? c.push() : Vec3(Vec3::Zero()));
+    const double energy = 0.5 * k * d * d + (c.touches() ? c.energy() : 0), force = k * d + c.force();
+    Mat3 hessian = k * whole * (whole * first * first.transpose() + d * second);
+    if (c.touches()) hessian += c.stiffness * c.normal * c.normal.transpose() + c.force() * c.curvature;
+    c.trust = 0;
+    if (!(force > 0)) return;
+    c.penetration = 2 * energy / force;
+    c.stiffness = force / c.penetration;
+    c.stiffening.setZero();
+    c.normal = push / force;
+    c.curvature = (hessian - c.stiffness * c.normal * c.normal.transpose()) / force;
 }
 
 void PastEnd::limit(const Vec3& x, double joint, WallContact& c) const {

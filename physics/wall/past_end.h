@@ -29,21 +29,44 @@ struct RoundCone {
         0.375;  // share of the core by which a joint there is nearer to the wall
 };
 
+/// Where closed cusps lie on each other, in diastole: what goes through parts them.
+///
+/// Two membranes, pressed on each other by the pressure p, bear it by their tension T = p R, R the radius of
+/// their curvature. A round rod of radius a between them lifts them on both sides over √(2 R a), along arcs
+/// of that radius R. Against the pressure and the tension this takes, for each length of the rod,
+///     F(a) = 8/3 √2 p √R a^(3/2)   [N],
+/// half for the area that is lifted and half for the membranes that are drawn in. A tip that goes through is
+/// held by F, and each side presses on the rod by F′/2.
+struct Seam {
+    double middle = 0;     // way past the end's plane to its middle [mm]
+    double half = 0;       // half its height; 0 = there is none [mm]
+    double reach = 0;      // from the end's axis [mm]
+    double pressure = 0;   // p, across the closed valve [N/mm²]
+    double curvature = 0;  // R [mm]
+
+    double force(double joint) const;    // F, that holds a tip [N]
+    double squeeze(double joint) const;  // F′, on each length of the device [N/mm]
+};
+
 /// What lies past an end: its round cones, the first from the end's plane on.
 ///
 /// An artery narrows over `narrows_over` radii to where a radius of `goes_in` is left for a joint on its
 /// axis, and is closed there. The aortic root has three sinuses of Valsalva, whose floors are the cusps of
-/// the valve; where these meet a hole leads into the ventricle. A sheath is a tube of its own bore and length
-/// out of the vessel's rounded end.
+/// the valve; where these meet, past their seam, a hole leads into the ventricle. A sheath is a tube of its
+/// own bore and length out of the vessel's rounded end.
 struct RoundCones {
     static constexpr int most = 6;
     std::array<RoundCone, most> cones;
     int count = 0;
+    Seam seam;
 
     void add(const RoundCone& cone) { cones[count++] = cone; }
     std::span<const RoundCone> all() const { return std::span(cones).first(count); }
 };
 RoundCones cones_past(const OpenEnd&);
+
+/// Way past the plane of a root to the cusps' lowest places [mm].
+double floor_of_root(const OpenEnd&);
 
 /// An end with what lies past it.
 struct ContinuedEnd {
@@ -84,6 +107,10 @@ public:
     /// Turns the contact of seen_at(x), for a joint of this radius, into that of x. `known`: depth of the
     /// joint inside the lumen to which that contact has a normal [mm].
     void apply(const Vec3& x, double joint, double known, WallContact&) const;
+    /// Adds to the contact of x what it costs a joint that stands for this length of the chain to part closed
+    /// cusps [mm]. The energies add up, and so do the forces by which wall and cusps press on the surface;
+    /// penetration and stiffness are those of one spring with that energy and force.
+    void part_cusps(const Vec3& x, double joint, double joint_length, WallContact&) const;
     /// Takes back, from the promise of a joint before the plane, what the vessel past it does not keep.
     void limit(const Vec3& x, double joint, WallContact&) const;
 

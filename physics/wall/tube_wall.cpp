@@ -19,11 +19,13 @@ Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
 
 }  // namespace
 
-TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius)
+TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius,
+                   std::span<const OpenEnd> ends)
     : centreline_(std::move(centreline)),
       radius_(radius),
       stiffness_(std::move(stiffness)),
-      wire_radius_(wire_radius) {
+      wire_radius_(wire_radius),
+      ends_(continued_ends(ends)) {
     if (centreline_.size() < 2) throw std::invalid_argument("a tube's centreline needs at least two points");
     for (std::size_t i = 0; i < centreline_.size(); ++i) {
         if (!centreline_[i].allFinite())
@@ -43,6 +45,25 @@ TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, 
         balls_.push_back(ball);
     }
     if (!stiffness_.uniform()) ways_ = ways_along(centreline_);
+    for (int e = 0; e < static_cast<int>(ends.size()); ++e) {
+        const Vec3& centre = ends[static_cast<std::size_t>(e)].centre;
+        const bool start =
+            (centre - centreline_.front()).squaredNorm() < (centre - centreline_.back()).squaredNorm();
+        for (const int where : {start ? 1 : 2, 3}) near_[static_cast<std::size_t>(where)].push_back(e);
+    }
+    // As CentrelineTree::ends_at: two radii along the tube.
+    const int last = static_cast<int>(centreline_.size()) - 2;
+    double way = 0;
+    while (until_ < last && way < 2 * radius_)
+        ++until_, way += (centreline_[until_ + 1] - centreline_[until_]).norm();
+    from_ = last + 1;
+    way = 0;
+    while (from_ > 0 && way < 2 * radius_)
+        --from_, way += (centreline_[from_ + 1] - centreline_[from_]).norm();
+}
+
+std::span<const int> TubeWall::ends_at(int segment) const {
+    return near_[(segment <= until_ ? 1u : 0u) + (segment >= from_ ? 2u : 0u)];
 }
 
 int TubeWall::closest_segment(const Vec3& x, int hint) const {
@@ -99,11 +120,8 @@ Mat3 TubeWall::curvature(const Vec3& along, const Vec3& normal, double distance,
     return around * around.transpose() / distance;
 }
 
-WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
-    WallContact c;
-    const double joint = wire_radius_ + thickness;
-    c.thickness = thickness;
-    c.station = closest_segment(x, hint);
+/// What the tube says to a joint of this radius, as if it had no ends.
+void TubeWall::ask_tube(const Vec3& x, double joint, WallContact& c) const {
     const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
     const double share = geometry::closest_share(a, b, x);
     const Vec3 out = x - (a + share * (b - a));
@@ -115,8 +133,24 @@ WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
         c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);
     }
     c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
+}
+
+WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
+    WallContact c;
+    const double joint = wire_radius_ + thickness;
+    c.thickness = thickness;
+    c.station = closest_segment(x, hint);
     c.stiffness = stiffness_.mean();
+    const PastEnd past(x, ends_, ends_at(c.station), 0);
+    if (past.inside()) {
+        ask_tube(x, joint, c);
+        past.limit(x, joint, c);
+    } else {
+        ask_tube(past.seen_at(x), joint, c);
+        past.apply(x, joint, radius_ - joint, c);
+    }
     if (!stiffness_.uniform()) stiffness_.apply(vessel_way(centreline_, ways_, c.station, x), c);
+    if (!past.inside()) past.part_cusps(x, joint, stiffness_.joint_length(), c);
     return c;
 }
 

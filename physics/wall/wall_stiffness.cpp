@@ -55,6 +55,14 @@ double WallStiffness::average(double from, double to) const {
     return (integral(to) - integral(from)) / (to - from);
 }
 
+WallStiffness WallStiffness::per(double joint_length) const {
+    if (!std::isfinite(joint_length) || joint_length <= 0)
+        throw std::invalid_argument("a joint's length must be positive and finite");
+    WallStiffness same = *this;
+    same.joint_length_ = joint_length;
+    return same;
+}
+
 void WallStiffness::apply(const VesselWay& place, WallContact& contact) const {
     contact.stiffness = at(place.way);
     contact.stiffening = slope(place.way) * place.gradient;

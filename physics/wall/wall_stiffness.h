@@ -27,6 +27,11 @@ public:
     /// stiffness might not be positive.
     WallStiffness(double mean, double length, std::vector<Term> terms);
 
+    /// The same, of joints that stand for this length of the chain where their share of the wall is whole
+    /// [mm]. Where nobody says, it is 1 mm. Throws std::invalid_argument when it is not positive and finite.
+    WallStiffness per(double joint_length) const;
+    double joint_length() const { return joint_length_; }
+
     bool uniform() const { return terms_.empty(); }
     double mean() const { return mean_; }      // k [N/mm]
     double length() const { return length_; }  // L [mm]
@@ -38,7 +43,7 @@ public:
     void apply(const VesselWay& at, WallContact&) const;
 
 private:
-    double mean_, length_;
+    double mean_, length_, joint_length_ = 1;
     std::vector<Term> terms_;
 };
 

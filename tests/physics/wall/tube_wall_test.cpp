@@ -83,6 +83,38 @@ TEST(TubeWall, EndsInACap) {
     EXPECT_LT((c.normal - Vec3::UnitX()).norm(), 1e-12);
 }
 
+TEST(TubeWall, GoesOnPastEndsThatAreStatedWithoutAStep) {
+    OpenEnd finish{"finish", {40, 0, 0}, Vec3::UnitX(), 2}, start{"start", {0, 0, 0}, -Vec3::UnitX(), 2};
+    start.goes_on = Continuation::Sheath, start.bore = 0.6, start.length = 30;
+    const OpenEnd ends[] = {start, finish};
+    for (const Polyline& line :
+         {Polyline{{0, 0, 0}, {40, 0, 0}}, Polyline{{0, 0, 0}, {3, 0, 0}, {40, 0, 0}}}) {
+        const TubeWall wall(line, 2.0, 40.0, 0.2, ends);
+        // The artery narrows, over 14 radii, and the sheath has its bore.
+        EXPECT_FALSE(ask(wall, {60, 0, 0}).touches());
+        EXPECT_TRUE(ask(wall, {60, 1.5, 0}).touches());
+        EXPECT_TRUE(ask(wall, {72, 0, 0}).touches());
+        EXPECT_FALSE(ask(wall, {-20, 0.3, 0}).touches());
+        EXPECT_TRUE(ask(wall, {-20, 0.5, 0}).touches());
+        constexpr double h = 1e-5;
+        for (const double aside : {0.7, 1.9, 2.2})
+            for (double x = -6; x < 50; x += 0.0497) {
+                const Vec3 at(x, 0.8 * aside, 0.6 * aside);
+                const WallContact c = ask(wall, at);
+                if (!c.touches()) continue;
+                for (int d = 0; d < 3; ++d) {
+                    const Vec3 step = h * Vec3::Unit(d);
+                    const WallContact lower = ask(wall, at - step), upper = ask(wall, at + step);
+                    EXPECT_NEAR((upper.penetration - lower.penetration) / (2 * h), c.normal[d], 1e-5)
+                        << at.transpose();
+                    EXPECT_LT(((upper.normal - lower.normal) / (2 * h) - c.curvature.col(d)).norm(),
+                              2e-2 * std::max(1.0, c.curvature.norm()))
+                        << at.transpose();
+                }
+            }
+    }
+}
+
 TEST(TubeWall, RefusesATubeThatIsNone) {
     EXPECT_THROW(TubeWall({{0, 0, 0}}, 1, 40), std::invalid_argument);
     EXPECT_THROW(TubeWall({{0, 0, 0}, {0, 0, 0}}, 1, 40), std::invalid_argument);
