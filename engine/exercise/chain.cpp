@@ -3,13 +3,18 @@
 #include "physics/wire/friction.h"
 
 namespace exercise {
-namespace {
 
 physics::DeviceSpec spec_of(const scenario::Scenario& s, const scenario::Device& device) {
     physics::DeviceSpec spec = device;
     spec.friction *= s.wall_friction;
     spec.static_friction *= s.wall_friction;
     return spec;
+}
+
+namespace {
+
+bool twists_from_the_start(const scenario::Scenario& s) {
+    return s.torsion == scenario::TorsionModel::Compliant || s.torsion == scenario::TorsionModel::Segments;
 }
 
 }  // namespace
@@ -22,6 +27,8 @@ physics::Chain chain_of(const scenario::Scenario& s, std::span<const scenario::P
         device.spec = spec_of(s, devices[k].device);
         device.inserted = devices[k].inserted;
         device.roll = devices[k].roll;
+        const bool twisted = before && before->devices[k].spec.twists();
+        if (!twists_from_the_start(s) && !twisted) physics::stiffen(device.spec);
         device.outside = s.relaxer.kind == physics::RelaxerKind::Global ? s.hand_distance : 0;
         if (!before) continue;
         const physics::Device& was = before->devices[k];
@@ -43,6 +50,7 @@ void exchange(physics::Chain& chain, int device, const scenario::Scenario& s, co
     placed = {};
     placed.outside = s.hand_distance;
     placed.spec = spec_of(s, by);
+    if (!twists_from_the_start(s)) physics::stiffen(placed.spec);
     physics::assign(chain);
     if (chain.grips.empty()) physics::start_grips(chain);
     std::erase_if(chain.rubs,

@@ -9,9 +9,12 @@
 
 namespace exercise {
 
+/// What a device is made of on the scenario's walls.
+physics::DeviceSpec spec_of(const scenario::Scenario&, const scenario::Device&);
+
 /// The devices, innermost first, on a chain along the path, each with the length inside that it says; or with
 /// those of the chain `before`, which has the same devices, and with the turns of its hubs. λ and friction
-/// are the scenario's.
+/// are the scenario's. Where it leaves torsion open shafts are rigid, but for those that were not before.
 physics::Chain chain_of(const scenario::Scenario&, std::span<const scenario::PlacedDevice>,
                         const geometry::Polyline& path, const physics::Chain* before = nullptr);
 

@@ -85,6 +85,13 @@ void Notices::observe(const Frame& frame) {
         else
             ++more_injuries_;
     }
+    for (const std::string& torsion : report.torsions) {
+        constexpr std::size_t most = 6;
+        if (torsions_.size() < most)
+            torsions_.push_back(fmt::format("frame {}: from now on {}", frame.time.index, torsion));
+        else
+            ++more_torsions_;
+    }
     gasps_ += report.breath == scenario::Breathing::Event::Gasped;
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
@@ -142,6 +149,9 @@ std::vector<std::string> Notices::text() const {
     for (const std::string& text : denied_) result.push_back(text);
     for (const std::string& text : mask_shifts_) result.push_back(text);
     if (more_mask_shifts_ > 0) result.push_back(fmt::format("... and {} more shifts", more_mask_shifts_));
+    for (const std::string& text : torsions_) result.push_back(text);
+    if (more_torsions_ > 0)
+        result.push_back(fmt::format("... and {} more changes of a shaft", more_torsions_));
     if (gasps_ > 0)
         result.push_back(
             fmt::format("the patient had to breathe {} before the breath was freed; [motion] breath_hold_s "

@@ -64,7 +64,8 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     : scenario_(scenario),
       anatomy_(std::make_shared<anatomy::Anatomy>(scenario::anatomy_of(scenario, cache))),
       console_(start_console(scenario)) {
-    choice_ = scenario::choose(scenario_, *anatomy_);
+    reach_ = std::make_shared<scenario::Reach>(*anatomy_);
+    choice_ = scenario::choose(scenario_, *anatomy_, *reach_);
     entry_ = scenario::entry_of(scenario_, *anatomy_);
     target_ = scenario::target_of(scenario_, *anatomy_);
     try {
@@ -87,6 +88,7 @@ Simulation::Simulation(const Simulation& like)
       entry_(like.entry_),
       target_(like.target_),
       wall_(like.wall_),
+      reach_(like.reach_),
       contrast_(std::make_unique<blood::ContrastFlow>(*like.contrast_)),
       console_(like.console_),
       was_reset_(like.was_reset_),
@@ -112,6 +114,7 @@ void Simulation::reset() {
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
     injuries_.clear();
+    torsion_changes_ = {};
     lay(entry_.points);
     tip_at_start_ = tip();
 }
@@ -164,12 +167,16 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
             physics::refine(moving_, *wall_, scenario_.refinement);
             settle();
         }
-        const bool segments = twists_by_segments();
-        for (int k = 0; segments && k < static_cast<int>(devices_.size()); ++k)
+        bool segments = false;
+        for (int k = 0; k < static_cast<int>(devices_.size()); ++k) {
+            if (!twists_by_segments(before ? &before->devices[k] : nullptr)) continue;
             physics::start_twists(moving_, k);
+            segments = true;
+        }
         physics::start_grips(moving_, wall_->foundation() != nullptr);
         physics::start_rubs(moving_);
         if (!moving_.grips.empty() || segments) settle();
+        if (renew_torsion(nullptr)) settle();
         rounds_of_mending_ = 0;
         show();
         mend_crossings(ignored);
@@ -182,11 +189,6 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
         }
         contacts_ = physics::all_contacts(wire_, *wall_);
     }
-}
-
-bool Simulation::twists_by_segments() const {
-    return scenario_.torsion == scenario::TorsionModel::Segments ||
-           (scenario_.torsion == scenario::TorsionModel::Auto && choice_.held_back);
 }
 
 Tuning Simulation::tuning() const {
@@ -376,10 +378,12 @@ bool Simulation::may_begin(const StepReport& report, int things) const {
 void Simulation::move_hub(StepReport& report) {
     if (hub_->working()) {
         account(hub_->resume(moving_, frame_updates()), report);
+        count_released();
         if (hub_is_idle()) balance();
     } else if (physics::let_rest(moving_, 1 / scenario_.frame_rate)) {
         account(hub_->settle(moving_, frame_updates()), report);
     }
+    if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_torsion(report);
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
     // Crossings that a motion leaves are mended in its frame.
     while (hub_is_idle() && !waiting_.empty() && may_begin(report, 2)) {
@@ -611,7 +615,7 @@ void Simulation::state(geometry::StateStream& s) {
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
-      injuries_);
+      injuries_, torsion_changes_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,10 +47,12 @@ struct StepReport : MotionFlags {
     double deepest_crossing = 0;     // depth of a segment left in the wall between its joints [mm]
     std::string exchanged;           // the wire is now this one
     std::string denied;              // what was not done, and why: one sentence
-    double waiting_insertion = 0;    // asked for but not made yet [mm]
-    double waiting_rotation = 0;     // [rad]
-    bool reset = false;              // a new attempt began with this frame
-    int injuries = 0;                // new ones: the last of Simulation::injuries()
+    /// Of each shaft that is another model from now on: what it is and what that leaves out, a sentence.
+    std::vector<std::string> torsions;
+    double waiting_insertion = 0;  // asked for but not made yet [mm]
+    double waiting_rotation = 0;   // [rad]
+    bool reset = false;            // a new attempt began with this frame
+    int injuries = 0;              // new ones: the last of Simulation::injuries()
     ConsoleEvents console;
     scenario::Breathing::Event breath = scenario::Breathing::Event::None;
 };
@@ -62,6 +65,17 @@ struct Hand {
     double bow = 0;  // what it has fed that has not gone in: the shaft outside has bowed [mm]
 
     void state(geometry::StateStream& s) { s(turned, load, bow); }
+};
+
+/// Shafts that became another model since the attempt began.
+struct TorsionChanges {
+    int count = 0;
+    double released = 0;  // energy of the chain that the changes cost on the way to rest, friction's aside;
+                          // < 0 where they added some [N·mm]
+    /// Before the last change, of which the chain is still on its way to rest [N·mm].
+    std::optional<double> energy;
+
+    void state(geometry::StateStream& s) { s(count, released, energy); }
 };
 
 /// What the last frame left to be read. No later state depends on it.
@@ -126,8 +140,14 @@ public:
     void aim(const scenario::Target&);
 
     const scenario::Scenario& scenario() const { return scenario_; }
-    /// What `auto` stood for: scenario() has every such value replaced by this choice.
+    /// What `auto` stood for: scenario() has every such value replaced by this choice, but for torsion, which
+    /// is decided anew whenever a device is to move.
     const scenario::ModelChoice& choice() const { return choice_; }
+    /// What the shaft of a device is now, and what that leaves out. With the global relaxer.
+    physics::Torsion torsion(int device) const { return physics::torsion_of(wire_.devices[device]); }
+    scenario::TorsionNeed torsion_need(int device) const;
+    std::string torsion_sentence(int device) const;
+    const TorsionChanges& torsion_changes() const { return torsion_changes_; }
     const anatomy::Anatomy& anatomy() const { return *anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }
     /// The chain of joints, on which all devices lie.
@@ -240,7 +260,13 @@ private:
     void relax(int updates, StepReport&);
     physics::Chain& chain() { return hub_ ? moving_ : wire_; }
     const physics::Chain& chain() const { return hub_ ? moving_ : wire_; }
-    bool twists_by_segments() const;
+    // Of shafts.
+    bool twists_by_segments(const physics::Device* before) const;
+    scenario::ShaftState shaft(int device) const;
+    bool renew_torsion(std::vector<std::string>* said);
+    void renew_torsion(StepReport&);
+    void count_released();
+    double energy() const;
     void count_turn(int device, double angle);
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int frame_updates() const;
@@ -255,6 +281,7 @@ private:
     geometry::Vec3 target_ = geometry::Vec3::Zero();
     geometry::Vec3 tip_at_start_ = geometry::Vec3::Zero();
     std::shared_ptr<const physics::LumenWall> wall_;
+    std::shared_ptr<const scenario::Reach> reach_;
 
     std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
     std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
@@ -275,6 +302,7 @@ private:
     scenario::Breathing breathing_;
     double iodine_ = 0;
     Injuries injuries_;
+    TorsionChanges torsion_changes_;
     Readings readings_;
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step

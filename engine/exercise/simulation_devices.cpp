@@ -153,7 +153,7 @@ void Simulation::exchange_wire(Motion& motion, StepReport& report) {
     }
     scenario::Device& wire = devices_[0].device = wire_of_catalogue(name, scenario_);
     exercise::exchange(chain(), 0, scenario_, wire);
-    if (twists_by_segments()) physics::start_twists(chain(), 0);
+    if (twists_by_segments(nullptr)) physics::start_twists(chain(), 0);
     report.exchanged = wire.title;
     exchanged_name_ = name;
 }

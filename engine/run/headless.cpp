@@ -140,12 +140,23 @@ private:
     std::optional<io::GrowingFile> trace_file_;
 };
 
+/// What shafts are as a run begins, where the scenario leaves it open.
+std::vector<std::string> shafts_of(const exercise::Simulation& simulation) {
+    std::vector<std::string> said;
+    if (simulation.scenario().torsion != scenario::TorsionModel::Auto) return said;
+    for (int k = 0; k < static_cast<int>(simulation.devices().size()); ++k)
+        if (simulation.devices()[k].device.twists())
+            said.push_back("at first " + simulation.torsion_sentence(k));
+    return said;
+}
+
 RunResult run(exercise::Exercise& exercise, const script::CommandScript& script, Expectation& expectation,
               FolderOutputs* outputs, const RunOptions& options) {
     const bool images = outputs && outputs->has_images();
     RunResult result;
     exercise::Notices notices;
     std::vector<script::Command> commands;
+    const std::vector<std::string> shafts = shafts_of(exercise.simulation());
     const int last = last_frame_of(exercise.simulation().scenario(), script);
     for (int index = 0; index <= last; ++index) {
         commands.clear();
@@ -211,14 +222,8 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     for (const anatomy::BlockedEnd& blocked : anatomy::blocked_ends(anatomy))
         result.notices.push_back(anatomy::text_of(anatomy, blocked));
     const scenario::ModelChoice& choice = exercise.simulation().choice();
-    if (asked.torsion == scenario::TorsionModel::Auto && !choice.torsion_reason.empty()) {
-        result.notices.push_back(
-            fmt::format("a {} shaft was chosen: {}",
-                        choice.held_back  ? "segment by segment compliant"
-                        : choice.winds_up ? "compliant"
-                                          : "rigid",
-                        choice.torsion_reason + (choice.held_back ? choice.held_reason : "")));
-    }
+    result.notices.insert(result.notices.end(), shafts.begin(), shafts.end());
+    if (!choice.vessels_reason.empty()) result.notices.push_back(choice.vessels_reason);
     if (asked.choose_segment_length) {
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,
                                              choice.segment_reason));

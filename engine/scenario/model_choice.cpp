@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
+#include <numbers>
 #include <optional>
 
 #include "engine/anatomy/lumen_wall.h"
@@ -16,26 +16,6 @@ namespace {
 using geometry::Vec3;
 
 constexpr double shortest = 0.2, longest = 5;  // λ [mm]
-constexpr double twist_that_shows = 2 * geometry::degree;
-
-/// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
-std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double way) {
-    const int step = way < 0 ? -1 : 1, count = static_cast<int>(branch.points.size());
-    double left = std::abs(way);
-    for (int i = sample; i + step >= 0 && i + step < count; i += step) {
-        const Vec3 piece = branch.points[i + step] - branch.points[i];
-        const double length = piece.norm();
-        if (length >= left) return branch.points[i] + left / length * piece;
-        left -= length;
-    }
-    return std::nullopt;
-}
-
-/// Curvature of the circle through three points [1/mm].
-double curvature(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double sides = (b - a).norm() * (c - b).norm() * (c - a).norm();
-    return sides > 0 ? 2 * (b - a).cross(c - b).norm() / sides : 0.0;
-}
 
 void choose_segment_length(const Device& wire, double tolerance, ModelChoice& choice) {
     const LumenDemand& demand = choice.demand;
@@ -64,7 +44,9 @@ void choose_segment_length(const Device& wire, double tolerance, ModelChoice& ch
         length = shaped / std::ceil(shaped / length * (1 - 1e-9));
 }
 
-void choose_wall(const anatomy::Anatomy& anatomy, double thickest, bool closed_form, ModelChoice& choice) {
+/// The wall is all vessels', whatever a device can reach.
+void choose_wall(const anatomy::Anatomy& anatomy, const LumenDemand& all, double thickest, bool closed_form,
+                 ModelChoice& choice) {
     if (closed_form) {
         choice.wall = WallModel::Analytic;
         choice.wall_reason = "a tube of constant radius has a closed form";
@@ -78,77 +60,143 @@ void choose_wall(const anatomy::Anatomy& anatomy, double thickest, bool closed_f
     choice.wall = WallModel::DistanceField;
     choice.wall_reason = fmt::format(
         "a grid of {:.2g} mm resolves the narrowest radius of {:.3g} mm ('{}') in about {:.0f} MB", spacing,
-        choice.demand.smallest_radius, choice.demand.narrowest, std::ceil(bytes / 1e6));
+        all.smallest_radius, all.narrowest, std::ceil(bytes / 1e6));
 }
 
-/// Twist of the whole shaft by the sharpest bend of the vessels at most, and what 1 N·mm twists it by.
-struct WindUp {
-    double angle = 0;  // [rad]
-    double give = 0;   // [1/(N·mm)]
-};
-WindUp wind_up(const Device& device, const LumenDemand& demand) {
-    WindUp found;
-    if (!device.twists()) return found;
-    found.give = physics::torsional_give(device, physics::shaped_length(device), device.length);
-    // A shape of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
+/// With which a shaft that is straight without load leans on a bend that forces a curvature on it where it
+/// begins and where it ends: EIκ over the length on which the clearance lets it straighten, twice [N].
+double lean(double rigidity, double curvature, double clearance) {
+    if (curvature <= 0) return 0;
+    return 2 * rigidity * curvature / std::sqrt(8 * std::max(clearance, 0.1) / curvature);
+}
+
+/// How far the distal end lies from the axis of the shaft, unloaded [mm].
+double arm_of(const Device& device) {
+    Vec3 place = Vec3::Zero();
+    geometry::Mat3 turned = geometry::Mat3::Identity();
+    for (auto arc = device.shape.rbegin(); arc != device.shape.rend(); ++arc) {
+        const Vec3 aside(std::cos(arc->plane), std::sin(arc->plane), 0);
+        const double bent =
+            std::abs(arc->angle) < 1e-9 ? 0 : arc->length * (1 - std::cos(arc->angle)) / arc->angle;
+        const double on =
+            std::abs(arc->angle) < 1e-9 ? arc->length : arc->length * std::sin(arc->angle) / arc->angle;
+        place += turned * (on * Vec3::UnitZ() + bent * aside);
+        turned = turned * Eigen::AngleAxisd(arc->angle, Vec3::UnitZ().cross(aside)).toRotationMatrix();
+    }
+    return place.head<2>().norm();
+}
+
+double turn_of_shape(const Device& device) {
     double turn = 0;
     for (const physics::RestArc& arc : device.shape) turn += std::abs(arc.angle);
-    found.angle = physics::rigidity_at(device, 0) * turn * demand.largest_curvature * found.give;
-    return found;
-}
-
-void choose_torsion(const Device& wire, ModelChoice& choice) {
-    if (!wire.twists()) return;
-    const auto [angle, give] = wind_up(wire, choice.demand);
-    choice.winds_up = angle > twist_that_shows;
-    choice.torsion_reason =
-        fmt::format("the sharpest bend ('{}') can wind up {:.0f} mm of shaft by {:.3g} degrees",
-                    choice.demand.sharpest, wire.length, angle / geometry::degree);
-    if (wire.friction == 0 || !choice.winds_up) return;
-    // A shaft that is straight without load leans on a bend where it begins and ends, by EIκ over the length
-    // on which the clearance lets it straighten.
-    const double bent = choice.demand.largest_curvature;
-    const double clearance = std::max(choice.demand.sharpest_radius - 0.5 * wire.outer_diameter, 0.1);
-    const double press = 2 * wire.shaft_rigidity() * bent / std::sqrt(8 * clearance / bent);
-    const double held = wire.friction * 0.5 * wire.outer_diameter * press * give;
-    choice.held_back = held > twist_that_shows;
-    choice.held_reason =
-        fmt::format(", and friction there can hold it back by {:.3g} degrees", held / geometry::degree);
+    return turn;
 }
 
 }  // namespace
 
-bool device_winds_up(const Device& device, const LumenDemand& demand) {
-    return wind_up(device, demand).angle > twist_that_shows;
+TorsionNeed torsion_need(const Device& device, const ShaftState& at, const LumenDemand& within) {
+    TorsionNeed need;
+    need.within = within;
+    need.shaft = at.inserted + at.outside;
+    need.arm = std::min(arm_of(device), within.largest_radius);
+    const double turn = turn_of_shape(device);
+    if (!device.twists() || turn == 0) return need;
+    const double shaped = physics::shaped_length(device);
+    const double give = physics::torsional_give(device, shaped, std::max(shaped, need.shaft));
+    // A shape of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
+    const double by_bend = physics::rigidity_at(device, 0) * turn * within.forced_curvature;
+    need.winds_up = std::max(by_bend, std::abs(at.torque)) * give;
+    if (device.holding_friction() == 0) return need;
+    const double radius = 0.5 * device.outer_diameter;
+    const double press = lean(physics::rigidity_at(device, reach_ahead), within.forced_curvature,
+                              within.bends_radius - radius);
+    need.held_back = at.held_back + device.friction * radius * press * give;
+    return need;
 }
 
-LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
-    LumenDemand demand;
-    demand.smallest_radius = std::numeric_limits<double>::infinity();
-    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
-            const double radius = branch.radii[i];
-            if (radius < demand.smallest_radius)
-                demand.smallest_radius = radius, demand.narrowest = branch.name, demand.narrowest_sample = i;
-            const auto before = place_along(branch, i, -radius), behind = place_along(branch, i, radius);
-            if (!before || !behind) continue;
-            const double bent = curvature(*before, branch.points[i], *behind);
-            if (bent > std::max(demand.largest_curvature, 1e-9))
-                demand.largest_curvature = bent, demand.sharpest = branch.name,
-                demand.sharpest_radius = radius;
+double TorsionNeed::left_out(physics::Torsion model) const {
+    return (model == physics::Torsion::Rigid ? winds_up : 0) +
+           (model == physics::Torsion::Segments ? 0 : held_back);
+}
+
+double TorsionNeed::at_tip(double angle) const {
+    return 2 * arm * std::sin(0.5 * std::min(angle, std::numbers::pi));
+}
+
+physics::Torsion least_torsion(const TorsionNeed& need, const ShaftState& at) {
+    using physics::Torsion;
+    const auto shows = [&](double angle, Torsion model) {
+        const double least = at.now >= model ? 0.5 : 1;
+        return angle > least * torsion_shows && need.at_tip(angle) > least * torsion_shows_at_tip;
+    };
+    if (shows(need.held_back, Torsion::Segments)) return Torsion::Segments;
+    if (shows(need.winds_up, Torsion::Whole) || std::abs(at.wound_up) > 0.5 * torsion_shows)
+        return Torsion::Whole;
+    return Torsion::Rigid;
+}
+
+std::string torsion_sentence(const TorsionNeed& need, physics::Torsion model) {
+    using physics::Torsion;
+    const std::string how = model == Torsion::Rigid   ? "turns with its hub at once"
+                            : model == Torsion::Whole ? "winds up as a whole"
+                                                      : "twists segment by segment";
+    if (need.arm == 0) return how + ": its tip is straight, so that no turn of it shows";
+    const std::string bend =
+        need.within.bends.empty() ? "no bend" : fmt::format("the bend of '{}'", need.within.bends);
+    std::string said = fmt::format(
+        "{}: within reach {} can wind up {:.0f} mm of it by {:.2g} degrees, and friction hold it back by "
+        "{:.2g}",
+        how, bend, need.shaft, need.winds_up / geometry::degree, need.held_back / geometry::degree);
+    const double left = need.left_out(model);
+    if (left > 0)
+        said += fmt::format("; up to {:.2g} degrees are left out, {:.2g} mm at its tip",
+                            left / geometry::degree, need.at_tip(left));
+    return said;
+}
+
+VesselGive vessel_give(const Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach,
+                       std::span<const physics::Tissue> tissues) {
+    VesselGive found;
+    const std::optional<int> end = anatomy::find_end(anatomy, s.entry.end);
+    if (!end) return found;
+    const auto stations = reach.stations();
+    std::vector<double> rigidity(stations.size(), 0.0), thickest(stations.size(), 0.0);
+    for (const PlacedDevice& placed : s.devices)
+        for (const int at : reach.stations_within(anatomy.ends[*end].opening, placed.device.length,
+                                                  placed.device.outer_diameter)) {
+            rigidity[at] += placed.device.shaft_rigidity();
+            thickest[at] = std::max(thickest[at], 0.5 * placed.device.outer_diameter);
         }
+    for (std::size_t k = 0; k < stations.size(); ++k) {
+        const geometry::Station& station = stations[k];
+        const double curvature = reach.curvature(static_cast<int>(k));
+        if (rigidity[k] == 0 || curvature == 0) continue;
+        const physics::Tissue& tissue = tissues[station.branch];
+        const double beam = std::numbers::pi * std::pow(station.radius, 4) * tissue.wall;  // B
+        // A bend of a right angle is half a wave a·sin qs, a = κ/q², q = 2κ. Devices that are straight
+        // without load take of it what the clearance leaves them, by the stiffnesses of beams and foundation.
+        const double q4 = std::pow(2 * curvature, 4), wave = 1 / (4 * curvature),
+                     clearance = std::max(0.0, station.radius - thickest[k]);
+        const double give =
+            std::max(0.0, wave - clearance) * rigidity[k] * q4 / ((rigidity[k] + beam) * q4 + tissue.modulus);
+        if (give > found.most) found = {give, anatomy.branches[station.branch].name};
     }
-    return demand;
+    return found;
+}
+
+ModelChoice choose_model(const anatomy::Anatomy& anatomy, const Reach& reach, const LumenDemand& within,
+                         const Device& wire, double curve_tolerance, bool closed_form, double thickest) {
+    ModelChoice choice;
+    choice.demand = within;
+    choose_segment_length(wire, curve_tolerance, choice);
+    choose_wall(anatomy, reach.all(), std::max(thickest, 0.5 * wire.outer_diameter), closed_form, choice);
+    return choice;
 }
 
 ModelChoice choose_model(const anatomy::Anatomy& anatomy, const Device& wire, double curve_tolerance,
                          bool closed_form, double thickest) {
-    ModelChoice choice;
-    choice.demand = demand_of(anatomy);
-    choose_segment_length(wire, curve_tolerance, choice);
-    choose_wall(anatomy, std::max(thickest, 0.5 * wire.outer_diameter), closed_form, choice);
-    choose_torsion(wire, choice);
-    return choice;
+    const Reach reach(anatomy);
+    return choose_model(anatomy, reach, reach.all(), wire, curve_tolerance, closed_form, thickest);
 }
 
 }  // namespace scenario

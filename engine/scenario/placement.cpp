@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <limits>
+#include <utility>
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/shared_store.h"
@@ -15,18 +17,38 @@ namespace scenario {
 
 using geometry::Vec3;
 
-ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
-    Device on_this_wall = s.wire().device;
-    on_this_wall.friction *= s.wall_friction;
-    on_this_wall.static_friction *= s.wall_friction;
-    ModelChoice choice = choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(),
-                                      s.thickest_radius());
-    // What lies in another device does not lie on the wall, so shafts of several wind up as a whole.
-    if (s.devices.size() > 1) choice.held_back = false;
-    for (PlacedDevice& placed : s.devices)
-        if (s.torsion == TorsionModel::Rigid ||
-            (s.torsion == TorsionModel::Auto && !device_winds_up(placed.device, choice.demand)))
-            physics::stiffen(placed.device);
+namespace {
+
+/// Vessels that devices hardly push aside stay where they are, where the scenario does not say.
+void choose_vessels(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach, ModelChoice& choice) {
+    const std::optional<bool> rigid = std::exchange(s.tissue.rigid, std::nullopt);
+    const std::vector<physics::Tissue> tissues = tissues_of(s, anatomy);  // none where they cannot move
+    s.tissue.rigid = rigid;
+    if (tissues.empty()) return;
+    const VesselGive give = vessel_give(s, anatomy, reach, tissues);
+    choice.vessels_give = give.most;
+    if (!rigid && give.most < vessel_give_shows) s.tissue.rigid = true;
+    choice.vessels_reason = fmt::format(
+        "vessels {}{}: where the devices lean on {} they can push it aside by some {:.2g} mm",
+        vessels_move(s) ? "make way" : "stay where they are, which leaves that out", rigid ? " as asked" : "",
+        give.branch.empty() ? "their bends" : fmt::format("the bends of '{}'", give.branch), give.most);
+}
+
+}  // namespace
+
+ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach) {
+    // A wire may wander wherever it fits and its length goes; nothing else can ever bend it.
+    LumenDemand within = reach.all();
+    if (const std::optional<int> end = anatomy::find_end(anatomy, s.entry.end)) {
+        double longest = 0, thinnest = std::numeric_limits<double>::infinity();
+        for (const PlacedDevice& placed : s.devices) {
+            longest = std::max(longest, placed.device.length);
+            thinnest = std::min(thinnest, placed.device.outer_diameter);
+        }
+        within = reach.within(anatomy.ends[*end].opening, longest, thinnest);
+    }
+    ModelChoice choice = choose_model(anatomy, reach, within, s.wire().device, s.refinement.curve_tolerance,
+                                      s.tube.has_value(), s.thickest_radius());
     if (s.wall_model == WallModel::Auto && choice.wall == WallModel::Auto)
         throw io::InputError(io::located(
             s.place("wall.model"), fmt::format("no distance field of this lumen can be made: {}; model = "
@@ -38,6 +60,7 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
         s.wall_stiffness *= choice.segment_length / s.segment_length;  // the same per length of wire
         s.segment_length = choice.segment_length;
     }
+    choose_vessels(s, anatomy, reach, choice);
     return choice;
 }
 

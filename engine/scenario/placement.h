@@ -12,10 +12,10 @@
 
 namespace scenario {
 
-/// Fills in the segment length and the wall's model where the scenario leaves them open; the wall keeps its
-/// stiffness per length of wire. A shaft that is to be rigid, or cannot wind up here, loses its torsional
-/// rigidity. Returns what was found, asked for or not.
-ModelChoice choose(Scenario&, const anatomy::Anatomy&);
+/// Fills in what the scenario leaves open and does not change in an attempt: the segment length, the wall's
+/// model, whether vessels make way; the wall keeps its stiffness per length of wire. Returns what was found,
+/// asked for or not.
+ModelChoice choose(Scenario&, const anatomy::Anatomy&, const Reach&);
 
 /// The way in from the entry's end. Throws InputError for an end that does not exist, a device that does not
 /// enter there, and too much of a device or too little wire inside.

@@ -21,6 +21,7 @@ const Study studies[] = {
     {"robustness", "Does anything a hand may do break the wire?", run_robustness},
     {"hands", "Do devices answer the hand as they do in life?", run_hands},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
+    {"models", "What does each simplification of the model cost and save?", run_models},
     {"devices", "What do friction and torsion do, and what do they cost?", run_devices},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},
     {"views", "What does the patient look like from each side?", run_views},

@@ -33,6 +33,10 @@ StudyResult run_hands(const StudyOptions&);
 /// What choosing λ by the anatomy and coarsening the wire where it is straight save, and what they cost in
 /// accuracy.
 StudyResult run_economy(const StudyOptions&);
+/// What each simplification of the model costs in accuracy and saves in time, in every exercise that ships
+/// with its solution's commands, and whether the errors that `auto` states hold. quick: two exercises, their
+/// first second. The same on any number of threads, times aside.
+StudyResult run_models(const StudyOptions&);
 /// What friction, torsion and a catheter do to a wire, against closed forms, and what each costs.
 StudyResult run_devices(const StudyOptions&);
 /// Whether frames agree with physics, and what they cost.

@@ -379,10 +379,13 @@ double NewtonModel::trial_grip_energy(const Chain& wire) {
         place += wire.lengths[j];
         if (j < terms_.first) continue;
         const int owner = wire.outermost(place);
-        // evaluate() has swapped the tangents: the chain's are the trial's.
-        trial_.rolls[j] = rolled(trial_.tangents[j], settled_[j], wire.tangents[j], directors[j]);
         const Device& device = wire.devices[owner];
-        if (device.twists_by_segments()) trial_.rolls[j] += trial_.wound[owner][j] - device.wound[j];
+        // A surface whose roll the model does not know is not held by it. evaluate() has swapped the
+        // tangents: the chain's are the trial's.
+        trial_.rolls[j] = !device.twists_by_segments()
+                              ? 0
+                              : rolled(trial_.tangents[j], settled_[j], wire.tangents[j], directors[j]) +
+                                    trial_.wound[owner][j] - device.wound[j];
         if (wire.grips[j].holds()) energy += wire.grips[j].energy(trial_.joints[j], trial_.rolls[j]);
     }
     return energy;

@@ -208,7 +208,7 @@ TEST(WideDevices, NoWallOfPlanesIsTakenUnlessTheScenarioAsksForIt) {
         s.tube.reset();
         s.wall_model = model;
         s.wire().device.outer_diameter = diameter;
-        static_cast<void>(scenario::choose(s, lumen));
+        static_cast<void>(scenario::choose(s, lumen, scenario::Reach(lumen)));
         return s.wall_model;
     };
     const auto tube = [](double length, double radius) {

@@ -29,30 +29,87 @@ Device straight_tip() {
     return wire;
 }
 
-TEST(ModelChoice, AShaftWindsUpWhereABendCanTwistIt) {
-    Device wire = catalogue_device("glide035");
-    physics::stiffen(wire);
-    wire.friction = 0;
-    const anatomy::Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{20, 1.5}, anatomy::Run{40}});
-    const anatomy::Anatomy line = tube(3, {anatomy::Run{100}});
-    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).winds_up);
-    EXPECT_EQ(choose_model(bend, wire, tolerance, true).torsion_reason, "");
-    test::set_torsion(wire, 188);
-    EXPECT_TRUE(choose_model(bend, wire, tolerance, true).winds_up);
-    EXPECT_FALSE(choose_model(line, wire, tolerance, true).winds_up);
-    EXPECT_NE(choose_model(bend, wire, tolerance, true).torsion_reason, "");
-    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).held_back);
-    wire.friction = 0.1;
-    EXPECT_TRUE(choose_model(bend, wire, tolerance, true).held_back);
-    EXPECT_FALSE(choose_model(line, wire, tolerance, true).held_back);
-    wire.friction = 1e-6;
-    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).held_back);
-    set_stiffness(wire, {250, 1, 50, 50, 1e5});
-    wire.length = 300;
-    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).winds_up);
+LumenDemand demand_of(const Anatomy& anatomy) {
+    return Reach(anatomy).all();
+}
+
+/// What a shaft of which 400 mm are inside asks for.
+physics::Torsion chosen(const Device& wire, const Anatomy& anatomy, ShaftState at = {}) {
+    if (at.inserted == 0) at.inserted = 400, at.outside = 100;
+    return least_torsion(torsion_need(wire, at, demand_of(anatomy)), at);
 }
 
 }  // namespace
+
+TEST(ModelChoice, AShaftIsTheLeastThatTheBendsWithinReachAndItsFrictionAskFor) {
+    using physics::Torsion;
+    Device wire = catalogue_device("glide035");
+    wire.friction = wire.static_friction = 0;
+    const Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{20, 1.5}, anatomy::Run{40}});
+    const Anatomy line = tube(3, {anatomy::Run{100}});
+    test::set_torsion(wire, 188);
+    EXPECT_EQ(chosen(wire, bend), Torsion::Whole);
+    EXPECT_EQ(chosen(wire, line), Torsion::Rigid);
+    ShaftState turned{400, 100};
+    turned.torque = 0.1;  // N·mm, that the chain is known to have
+    EXPECT_EQ(chosen(wire, line, turned), Torsion::Whole);
+    ShaftState held{400, 100};
+    held.held_back = 0.1;
+    EXPECT_EQ(chosen(wire, bend, held), Torsion::Whole) << "nothing holds without friction";
+    wire.friction = 0.1;
+    EXPECT_EQ(chosen(wire, line, held), Torsion::Segments);
+    wire.friction = 1e-6;
+    EXPECT_EQ(chosen(wire, bend), Torsion::Whole);
+    wire.shape.clear();
+    EXPECT_EQ(chosen(wire, bend, held), Torsion::Rigid) << "no turn of a straight tip shows";
+    wire = catalogue_device("glide035");
+    physics::stiffen(wire);
+    EXPECT_EQ(chosen(wire, bend), Torsion::Rigid);
+}
+
+TEST(ModelChoice, LengthThatIsOutDoesNotWindUp) {
+    const Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{60, 0.5}, anatomy::Run{40}});
+    Device wire = catalogue_device("glide035");
+    wire.friction = wire.static_friction = 0;
+    test::set_torsion(wire, 5000);
+    EXPECT_EQ(chosen(wire, bend, {50, 20}), physics::Torsion::Rigid);
+    EXPECT_EQ(chosen(wire, bend, {1500, 300}), physics::Torsion::Whole);
+    const TorsionNeed near = torsion_need(wire, {50, 20}, demand_of(bend)),
+                      far = torsion_need(wire, {1500, 300}, demand_of(bend));
+    EXPECT_EQ(near.shaft, 70);
+    EXPECT_GT(far.winds_up, 2 * near.winds_up);
+}
+
+TEST(ModelChoice, AModelIsLeftOnlyWhereHalfOfWhatShowsIsLeftOut) {
+    using physics::Torsion;
+    Device wire = catalogue_device("glide035");
+    wire.friction = 0.1;
+    const Anatomy line = tube(3, {anatomy::Run{100}});
+    const auto next = [&](Torsion now, double held_degrees, double wound_degrees) {
+        ShaftState at{400, 100, 0, held_degrees * geometry::degree, wound_degrees * geometry::degree, now};
+        TorsionNeed need = torsion_need(wire, at, demand_of(line));
+        need.arm = 50;  // shows by the angle alone
+        return least_torsion(need, at);
+    };
+    EXPECT_EQ(next(Torsion::Rigid, 1.5, 0), Torsion::Rigid);
+    EXPECT_EQ(next(Torsion::Rigid, 2.5, 0), Torsion::Segments);
+    EXPECT_EQ(next(Torsion::Segments, 1.5, 0), Torsion::Segments);
+    EXPECT_EQ(next(Torsion::Segments, 0.5, 1.5), Torsion::Whole) << "it is wound up";
+    EXPECT_EQ(next(Torsion::Segments, 0.5, 0.5), Torsion::Rigid);
+}
+
+TEST(ModelChoice, SaysWhatIsLeftOut) {
+    Device wire = catalogue_device("glide035");
+    wire.friction = 0.1;
+    const Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{20, 1.5}, anatomy::Run{40}});
+    const TorsionNeed need = torsion_need(wire, {400, 100, 0, 0.2}, demand_of(bend));
+    EXPECT_NEAR(need.left_out(physics::Torsion::Rigid), need.winds_up + need.held_back, 1e-12);
+    EXPECT_EQ(need.left_out(physics::Torsion::Whole), need.held_back);
+    EXPECT_EQ(need.left_out(physics::Torsion::Segments), 0);
+    EXPECT_LE(need.at_tip(100), 2 * 3 + 1e-9) << "no farther than the lumen is wide";
+    test::expect_said(torsion_sentence(need, physics::Torsion::Whole), "are left out");
+    EXPECT_EQ(torsion_sentence(need, physics::Torsion::Segments).find("left out"), std::string::npos);
+}
 
 TEST(ModelChoice, MeasuresTheNarrowestPlaceAndTheSharpestBend) {
     const LumenDemand demand = demand_of(
@@ -77,6 +134,14 @@ TEST(ModelChoice, ASegmentIsNoLongerThanTheSmallestRadius) {
     EXPECT_NEAR(choice.segment_length, 0.7, 1e-9);
     test::expect_said(choice.segment_reason, "narrows");
     EXPECT_TRUE(choice.demand.sharpest.empty());
+}
+
+TEST(ModelChoice, SegmentsAreThoseOfTheVesselsThatAreAskedFor) {
+    const Anatomy narrow = tube(0.7, {anatomy::Run{60}});
+    const Reach reach(narrow);
+    LumenDemand wide = reach.all();
+    wide.smallest_radius = 3;
+    EXPECT_EQ(choose_model(narrow, reach, wide, straight_tip(), tolerance, false).segment_length, 3);
 }
 
 TEST(ModelChoice, AStraightWideTubeTakesTheLongestSegments) {

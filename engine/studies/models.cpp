@@ -1,0 +1,326 @@
+/// What each simplification of the model costs in accuracy and saves in time, per exercise.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+#include <optional>
+
+#include "engine/exercise/simulation.h"
+#include "engine/io/cpu_clock.h"
+#include "engine/scenario/placement.h"
+#include "engine/studies/quantile.h"
+#include "engine/studies/runs.h"
+#include "engine/studies/work.h"
+#include "physics/wire/torsion.h"
+
+namespace studies {
+namespace {
+
+using geometry::degree;
+using scenario::Scenario;
+using scenario::TorsionModel;
+
+/// One thing that is left out, or made finer. Errors are those against another model of this list.
+struct Simplification {
+    std::string_view name;
+    void (*make)(Scenario&);
+    int against;
+};
+
+void refine(Scenario& s, double factor) {
+    s.segment_length *= factor;
+    s.wall_stiffness *= factor;  // the same per length of wire
+}
+void all_on(Scenario& s) {
+    s.torsion = TorsionModel::Segments;
+    s.tissue.rigid = s.tube.has_value();  // in closed form, which knows no vessel that moves
+}
+void no_friction(Scenario& s) {
+    for (scenario::PlacedDevice& placed : s.devices) {
+        scenario::Device& d = placed.device;
+        d.friction = d.static_friction = d.inner_friction = d.static_inner_friction = 0;
+        d.valve_friction = d.static_valve_friction = 0;
+    }
+}
+
+enum Model { Fine, Full, Auto, Rigid, Whole, Still, Frictionless, Coarse, Planes, model_count };
+constexpr std::array<Simplification, model_count> models = {{
+    {"all on at λ/2", [](Scenario& s) { all_on(s), refine(s, 0.5); }, Fine},
+    {"all on", [](Scenario& s) { all_on(s); }, Fine},
+    {"auto as shipped", [](Scenario&) {}, Full},
+    {"rigid torsion", [](Scenario& s) { all_on(s), s.torsion = TorsionModel::Rigid; }, Full},
+    {"torsion as a whole", [](Scenario& s) { all_on(s), s.torsion = TorsionModel::Compliant; }, Full},
+    {"vessels that stay", [](Scenario& s) { all_on(s), s.tissue.rigid = true; }, Full},
+    {"no friction", [](Scenario& s) { all_on(s), no_friction(s); }, Full},
+    {"2λ", [](Scenario& s) { all_on(s), refine(s, 2); }, Full},
+    {"wall of planes",
+     [](Scenario& s) { all_on(s), s.wall_model = scenario::WallModel::Mesh, s.tissue.rigid = true; }, Full},
+}};
+
+/// The course of one model through one solution.
+struct ModelCourse {
+    std::vector<Vec3> tips;         // after each frame, of the device that the exercise is about [mm]
+    std::vector<double> wound;      // of its shaft then: turn that has not reached the distal end [rad]
+    std::vector<double> left_out;   // what `auto` would state then for this model's torsion [rad]
+    double milliseconds = 0;        // processor time a frame
+    double left_out_at_tip = 0;     // largest [mm]
+    double vessels_moved = 0;       // farthest [mm]
+    double vessels_give = 0;        // as stated [mm]
+    int changes = 0, restless = 0;  // of shafts' models; frames not at rest
+    std::string refused;            // why there is no course
+};
+
+ModelCourse play(const Scenario& shipped, const script::CommandScript& solution, const Simplification& model,
+                 const StudyOptions& options) {
+    ModelCourse course;
+    Scenario s = shipped;
+    model.make(s);
+    s.budget.updates *= 20;  // no motion waits for time, so that frames are the same moments
+    std::optional<exercise::Simulation> simulation;
+    try {
+        if (const auto wrong = scenario::problems(s); !wrong.empty()) throw io::InputError(wrong.front());
+        simulation.emplace(s, options.cache);
+    } catch (const io::InputError& error) {
+        course.refused = error.what();
+        return course;
+    }
+    course.vessels_give = simulation->choice().vessels_give;
+    const int last = options.quick ? 15 : solution.last_frame(10),
+              device = *simulation->scenario().index_of(s.target.device);
+    double seconds = 0;
+    for (int frame = 0; frame <= last; ++frame) {
+        const double begin = io::thread_cpu_seconds();
+        for (const script::TimedCommand& timed : solution.at(frame)) simulation->apply(timed.command);
+        const exercise::StepReport report = simulation->step();
+        seconds += io::thread_cpu_seconds() - begin;
+        course.tips.push_back(simulation->tip());
+        course.wound.push_back(simulation->wire().devices[device].wound_up());
+        course.restless += report.settling || !simulation->readings().at_rest;
+        course.vessels_moved = std::max(course.vessels_moved, simulation->farthest_vessel_move());
+        const scenario::TorsionNeed need = simulation->torsion_need(device);
+        const double left = need.left_out(simulation->torsion(device));
+        course.left_out.push_back(left);
+        course.left_out_at_tip = std::max(course.left_out_at_tip, need.at_tip(left));
+    }
+    course.changes = simulation->torsion_changes().count;
+    course.milliseconds = 1e3 * seconds / (last + 1);
+    return course;
+}
+
+struct TipError {
+    double rms = 0, median = 0, most = 0;  // [mm]
+    double share = 0;                      // of frames that are more than 5 mm off [-]
+};
+constexpr double elsewhere = 5;  // [mm]: in another place of the vessel, or another vessel
+
+TipError between(const ModelCourse& one, const ModelCourse& other) {
+    TipError error;
+    std::vector<double> off;
+    for (std::size_t k = 0; k < std::min(one.tips.size(), other.tips.size()); ++k)
+        off.push_back((one.tips[k] - other.tips[k]).norm());
+    for (const double e : off) {
+        error.rms += e * e / static_cast<double>(off.size());
+        error.most = std::max(error.most, e);
+        error.share += (e > elsewhere) / static_cast<double>(off.size());
+    }
+    error.rms = std::sqrt(error.rms);
+    if (!off.empty()) error.median = quantile(off, 0.5);
+    return error;
+}
+
+/// What a model leaves out of a shaft's twist, against the one that has it.
+struct LeftOut {
+    double stated = 0, found = 0;  // largest in the course [rad]
+    double share = 0;              // of frames in which no more is found than is stated [-]
+};
+LeftOut left_out(const ModelCourse& model, const ModelCourse& full) {
+    LeftOut result;
+    const std::size_t count = std::min(model.wound.size(), full.wound.size());
+    for (std::size_t k = 0; k < count; ++k) {
+        const double found = std::abs(full.wound[k] - model.wound[k]);
+        result.stated = std::max(result.stated, model.left_out[k]);
+        result.found = std::max(result.found, found);
+        result.share += (found <= model.left_out[k] + 0.1 * degree) / static_cast<double>(count);
+    }
+    return result;
+}
+
+io::Plot chart(const std::vector<std::string>& names) {
+    constexpr std::array<std::string_view, model_count> colours = {
+        "", "#000000", "#D55E00", "#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#E69F00", "#999999"};
+    constexpr std::array<int, model_count> marks = {0, 1, 7, 2, 4, 5, 6, 9, 8};
+    io::Plot plot{"models", "", 1250, 760};
+    plot.commands =
+        "set logscale xy\nset xlabel 'processor time of a frame over that of \"all on\" [-]'\n"
+        "set ylabel 'rms error of the tip [mm]'\nset key outside right top font ',12' spacing 1.3\n"
+        "set grid lc rgb '#DDDDDD'\nset xrange [0.2:8]\nset yrange [1e-4:40]\n"
+        "set xtics (0.25, 0.5, 1, 2, 4, 8)\nset format y '10^{%L}'\nplot ";
+    for (int m = Full; m < model_count; ++m)
+        plot.curve(
+            fmt::format("'models.csv' skip 1 using ($2=={} ? $10 : 1/0):($6 < 1e-4 ? 1e-4 : $6) with "
+                        "points pt {} ps 1 lw 1.2 lc rgb '{}' notitle",
+                        m, marks[m], colours[m]));
+    for (int m = Full; m < model_count; ++m)
+        plot.curve(
+            fmt::format("'models_median.csv' skip 1 every ::{0}::{0} using 5:2 with points pt {1} ps 3.2 "
+                        "lw 3 lc rgb '{2}' title '{3}'",
+                        m - Full, marks[m], colours[m], models[m].name));
+    plot.commands += "\n";
+    plot.caption = fmt::format(
+        "Error of the tip over all frames of a solution against the time of a frame, a mark for each "
+        "exercise "
+        "and model ({} exercises). \"All on\" is against half of its λ, all others are against \"all on\"; "
+        "what is below 1e-4 mm is drawn there.",
+        names.size());
+    return plot;
+}
+
+constexpr std::string_view text = R"(# What each simplification of the model costs and saves
+
+Generated by `seldinger study models{}`; never edited by hand. Every exercise is played with its solution's commands by
+a model in which everything is on (shafts that twist segment by segment, friction, vessels that make way where the wall
+knows how), by the same with half of its λ, and by models that leave out one thing. The error is the distance of the
+tip that the exercise is about, frame by frame, against "all on", for "all on" itself against λ/2. Hands do
+not see the error and do not correct it: where a tip takes another mouth, the rest of the course is off by centimetres,
+which the share of frames more than {:g} mm off tells from what is off everywhere. Times are processor time of one
+thread, without images; the frames' budget of work is twenty times the shipped one, so that frames are the same moments.
+
+![Error against time](models.svg)
+
+## Medians over the exercises
+
+{}
+## Whether the stated errors hold
+
+The model that leaves something out states by how much, at most; "found" is what the device of the exercise differs by
+from the model that has it: for a rigid shaft by how much the full one is wound up, for one that winds up as a whole by
+how much the two are wound up differently, largest in the course, and the share of frames in which it is no more
+than is stated in that frame (and 0.1 degrees): where courses come apart, as by a snap that one makes a frame earlier, it is
+more for as long. Vessels: the farthest that a device pushes one aside,
+against the estimate made before it moves.
+
+{}
+## All figures
+
+{}
+)";
+
+struct Played {
+    std::string name;
+    std::array<ModelCourse, model_count> courses;
+};
+
+io::Table figures(const std::vector<Played>& all) {
+    io::Table table{
+        "models",
+        {"row", "model_number", "scenario", "model", "ms_per_frame", "rms_mm", "median_mm", "largest_mm",
+         "frames_off_share", "time_of_all_on", "torsion_changes", "restless_frames"}};
+    for (std::size_t r = 0; r < all.size(); ++r)
+        for (int m = 0; m < model_count; ++m) {
+            const ModelCourse& course = all[r].courses[m];
+            if (!course.refused.empty()) continue;
+            const TipError error = between(course, all[r].courses[models[m].against]);
+            table.add({static_cast<double>(r), m, all[r].name, std::string(models[m].name),
+                       course.milliseconds, error.rms, error.median, error.most, error.share,
+                       course.milliseconds / all[r].courses[Full].milliseconds, course.changes,
+                       course.restless});
+        }
+    return table;
+}
+
+io::Table medians(const io::Table& figures) {
+    io::Table table{"models_median",
+                    {"model", "rms [mm]", "largest [mm]", "exercises with frames off", "time of \"all on\""}};
+    for (int m = Full; m < model_count; ++m) {
+        std::vector<double> rms, most, time;
+        int off = 0;
+        for (std::size_t row = 0; row < figures.rows.size(); ++row) {
+            if (figures.number(row, "model_number") != m) continue;
+            rms.push_back(figures.number(row, "rms_mm"));
+            most.push_back(figures.number(row, "largest_mm"));
+            time.push_back(figures.number(row, "time_of_all_on"));
+            off += figures.number(row, "frames_off_share") > 0;
+        }
+        if (rms.empty()) continue;
+        table.add({std::string(models[m].name), quantile(rms, 0.5), quantile(most, 0.5),
+                   fmt::format("{} of {}", off, rms.size()), quantile(time, 0.5)});
+    }
+    return table;
+}
+
+io::Table stated(const std::vector<Played>& all, StudyResult& result) {
+    io::Table table{
+        "models_stated",
+        {"scenario", "rigid_stated_deg", "rigid_found_deg", "rigid_frames_within", "rigid_stated_mm",
+         "rigid_found_mm", "whole_stated_deg", "whole_found_deg", "whole_frames_within", "whole_stated_mm",
+         "whole_found_mm", "vessels_stated_mm", "vessels_found_mm"}};
+    int vessels = 0, moving = 0;
+    std::vector<double> rigid_within, whole_within;
+    for (const Played& p : all) {
+        const ModelCourse &full = p.courses[Full], &rigid = p.courses[Rigid], &whole = p.courses[Whole];
+        const LeftOut r = left_out(rigid, full), w = left_out(whole, full);
+        table.add({p.name, r.stated / degree, r.found / degree, r.share, rigid.left_out_at_tip,
+                   between(rigid, full).most, w.stated / degree, w.found / degree, w.share,
+                   whole.left_out_at_tip, between(whole, full).most, full.vessels_give, full.vessels_moved});
+        rigid_within.push_back(r.share);
+        whole_within.push_back(w.share);
+        moving += full.vessels_give > 0;
+        vessels += full.vessels_give > 0 && full.vessels_moved <= full.vessels_give;
+    }
+    if (all.empty()) return table;
+    const auto claim = [&](const char* what, const std::vector<double>& within) {
+        const double share = quantile(within, 0.5);
+        result.claim(
+            fmt::format("frames in which {} leaves out no more twist than it states, median exercise", what),
+            "at least 0.95", share, share >= 0.95, "");
+    };
+    claim("a rigid shaft", rigid_within);
+    claim("a shaft wound up as a whole", whole_within);
+    result.claim("exercises in which vessels are pushed aside by no more than was estimated",
+                 fmt::format("all {}", moving), static_cast<double>(vessels), vessels == moving, "");
+    return table;
+}
+
+}  // namespace
+
+StudyResult run_models(const StudyOptions& options) {
+    std::vector<Played> all;
+    std::vector<Scenario> shipped;
+    std::vector<script::CommandScript> solutions;
+    for (const auto& file : scenario::shipped_scenarios(options.scenarios)) {
+        const auto solution = options.scenarios.parent_path() / "scripts" / (file.stem().string() + ".gw");
+        if (!std::filesystem::exists(solution)) continue;
+        if (options.quick && file.stem() != "s_bend" && file.stem() != "renal") continue;
+        shipped.push_back(scenario::load_scenario(file, options.devices));
+        solutions.push_back(script::load_commands(solution));
+        all.push_back({file.stem().string(), {}});
+    }
+    const int count = static_cast<int>(all.size());
+    Work work(options, count * model_count);
+    // Exercises one after another: the first to ask for a wall makes it for the others.
+    work.run(count * model_count, [&](int k) {
+        const int r = k / model_count, m = k % model_count;
+        all[r].courses[m] = play(shipped[r], solutions[r], models[m], options);
+        return fmt::format("{}, {}", all[r].name, models[m].name);
+    });
+    StudyResult result;
+    io::Table table = figures(all), middle = medians(table), errors = stated(all, result);
+    std::vector<std::string> names;
+    for (const Played& p : all) names.push_back(p.name);
+    io::Table shown{"", {table.columns.begin() + 2, table.columns.end()}};
+    for (const auto& row : table.rows) shown.add({row.begin() + 2, row.end()});
+    result.page =
+        fmt::format(fmt::runtime(text), options.quick ? " --quick" : "", elsewhere,
+                    io::to_markdown(middle, 3), io::to_markdown(errors, 3), io::to_markdown(shown, 3));
+    for (const Played& p : all)
+        for (int m = 0; m < model_count; ++m)
+            if (!p.courses[m].refused.empty())
+                result.page += fmt::format("\n{}, {}: {}\n", p.name, models[m].name, p.courses[m].refused);
+    result.tables = {std::move(table), std::move(middle), std::move(errors)};
+    result.plots = {chart(names)};
+    return result;
+}
+
+}  // namespace studies
