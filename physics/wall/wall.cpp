@@ -173,7 +173,7 @@ WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
 /// The same of one that has been shifted before that.
 WallContact LumenWall::shifted(const Vec3& x, WallContact asked) const {
     const Vec3 shift = asked.shift;
-    asked.given -= shift;
+    if (!asked.given.isZero(0)) asked.given -= shift;
     WallContact c = yielding(x - shift, asked);
     c.shift = shift;
     c.given += shift;

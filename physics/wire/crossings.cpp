@@ -11,6 +11,7 @@ namespace {
 constexpr double steepest = 1.1;       // of penetration at most, smoothed creases included
 constexpr double shortest = 0.01;      // stretch of a segment that is still halved [mm]
 constexpr double precision = 0.02;     // of the depth that is found [mm]
+constexpr double clear_of = 0.2;       // the wall is a segment that is made whole [mm]
 constexpr double whole_share = 0.5;    // of the tolerance that a segment made whole may use
 constexpr double least_part = 0.25;    // of a segment that a split leaves on either side
 constexpr double least_piece = 0.125;  // of λ
@@ -144,8 +145,9 @@ private:
     std::array<int, 2> stations_{};  // in each
 };
 
-/// Whether a joint bears a force, or the segment merged from both its own would cross the wall. A segment
-/// that a joint holds off a carina does not cross: without the joint it would again.
+/// Whether a joint bears a force, or the segment merged from both its own would cross the wall, or is close to
+/// that. A segment that a joint holds off a carina does not cross: without the joint it would again, and to
+/// merge and split it with every motion would cost or give energy.
 bool needed(const Chain& wire, const LumenWall& wall, int joint, double tolerance) {
     assert(joint >= 1 && joint < wire.segments() && tolerance >= 0);
     const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
@@ -155,7 +157,7 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
     for (int k = 0; k < 3; ++k) {
         contacts[k].station = wire.stations[joint - 1];
         const int at = joint - 1 + (k == 2 ? 1 : 2 * k);
-        contacts[k].thickness = wire.thickness[at];
+        contacts[k].thickness = wire.thickness[at] + clear_of;
         wire.ask_vessel(at, contacts[k]);
     }
     wall.contacts(places, contacts);

@@ -429,6 +429,44 @@ TEST(DistanceField, MakesNoJumpBetweenAVesselAndItsBranches) {
     EXPECT_GT(felt, 10000);
 }
 
+TEST(DistanceField, FindsAJointInTheBranchThatItWentIntoWhileItsParentKeptIt) {
+    const auto stations = iliac_field().tree().stations();
+    std::mt19937 random(20261126);
+    auto unit = [&] { return random() / 4294967296.0; };
+    int found = 0;
+    for (int n = 0; n < 4000; ++n) {
+        const auto& branches = test::iliac_renal().branches;
+        const CentrelineBranch& child = branches[random() % branches.size()];
+        if (child.parent < 0) continue;
+        const std::size_t i = random() % child.points.size();
+        // The parent's station that a joint at the child's sample is nearest to.
+        const Vec3 &centre = child.points[i], x = centre + 0.5 * child.radii[i] * unit() * Vec3::UnitZ();
+        int kept = -1;
+        for (int s = 0; s < static_cast<int>(stations.size()); ++s)
+            if (stations[s].branch == child.parent &&
+                (kept < 0 || stations[s].power(x) < stations[kept].power(x)))
+                kept = s;
+        const double way = static_cast<double>(i) * (child.points[1] - child.points[0]).norm();
+        // Clear of the parent, and not farther than it sees.
+        const double gap = std::sqrt(std::max(0.0, stations[kept].power(x) +
+                                                       stations[kept].radius * stations[kept].radius)) -
+                           stations[kept].radius - child.radii[i];
+        if (gap < 0.5 * child.radii[i] || way > stations[kept].radius + child.radii[i]) continue;
+        ++found;
+        for (const bool held : {false, true}) {
+            WallContact c;
+            c.station = kept;
+            c.held = held;
+            iliac_field().contacts({&x, 1}, {&c, 1});
+            EXPECT_EQ(stations[c.station].branch, stations[ask(iliac_field(), x).station].branch)
+                << child.name << ", sample " << i;
+            EXPECT_FALSE(c.held);
+            EXPECT_EQ(c.penetration, ask(iliac_field(), x, c.station).penetration);
+        }
+    }
+    EXPECT_GT(found, 30);
+}
+
 TEST(DistanceField, KnowsInsideFromOutside) {
     // Against the capped mesh's winding number, wherever the wall is more than 0.1 mm away.
     std::mt19937 random(11);

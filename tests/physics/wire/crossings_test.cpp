@@ -62,6 +62,24 @@ studies::PlainWire plain_spec(double segment_length) {
     return studies::PlainWire::uniform(50, segment_length);
 }
 
+/// The lumen is where |x| > 2.1 mm.
+struct OtherVessel : LumenWall {
+    void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        for (std::size_t i = 0; i < joints.size(); ++i) {
+            WallContact& c = contacts[i];
+            c.penetration = 2.1 - std::abs(joints[i].x());
+            c.normal = Vec3(joints[i].x() > 0 ? -1 : 1, 0, 0);
+            c.stiffness = 10;
+            c.room = 10;
+            c.trust = std::max(0.0, -c.penetration);
+        }
+    }
+    bool same_vessel(int a, int b) const override { return a == b; }
+};
+struct SameVessel : OtherVessel {
+    bool same_vessel(int, int) const override { return true; }
+};
+
 /// A wire at rest against the tip of a ridge that it was laid across between two joints.
 Chain across(const Ridge& ridge, double curved_angle = 0) {
     studies::PlainWire spec = plain_spec(2);
@@ -115,6 +133,28 @@ TEST(Crossings, AskNothingOfAWireFarFromTheWallAndLittleOfOneOnIt) {
     ridge.asked = 0;
     EXPECT_TRUE(crossings(wire, contacts, ridge).empty());
     EXPECT_LE(ridge.asked, 300);
+}
+
+TEST(Crossings, ASegmentFromOneVesselIntoAnotherIsInEitherAsItHasMoved) {
+    // Both ends touch; the first vessel has gone by 2 mm one way, the other one as far the other way.
+    const OtherVessel wall;
+    WallContact from, to;
+    from.station = 0, to.station = 1;
+    const Vec3 a(0, 0, 0), b(0, 0, 2);
+    const auto contact = [&](const Vec3& x, int station, const Vec3& given) {
+        WallContact c;
+        c.station = station;
+        const Vec3 y = x - given;
+        wall.contacts({&y, 1}, {&c, 1});
+        c.given = given;
+        return c;
+    };
+    from = contact(a, 0, {2, 0, 0}), to = contact(b, 1, {-2, 0, 0});
+    ASSERT_TRUE(from.touches() && to.touches());
+    EXPECT_FALSE(crossing_between(wall, a, b, from, to));
+    // The same ends in one vessel: between them it is where neither has it.
+    const SameVessel one;
+    EXPECT_TRUE(crossing_between(one, a, b, from, to));
 }
 
 TEST(Crossings, AJointAtEachMendsThem) {
