@@ -1,6 +1,7 @@
 #include "engine/exercise/outside.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -8,7 +9,6 @@ namespace exercise {
 namespace {
 
 constexpr double seen = 0.05;        // a bow that is off by less is left alone [mm]
-constexpr double felt = 1e-3;        // [N]
 constexpr double felt_share = 0.01;  // of the critical load
 constexpr double stiff = 0.02;       // share of a feed that bows no shaft
 constexpr double least_feed = 1e-3;  // that is made [mm]
@@ -24,31 +24,94 @@ double weight(const scenario::Device& device) {                        // [N/mm]
 
 }  // namespace
 
-physics::OutsideShaft outside_shaft(const scenario::Device& device, double distance) {
-    assert(distance > 0);
-    const double rigidity = device.shaft_rigidity(), share = scenario::free_shaft / distance;
+physics::OutsideShaft outside_shaft(std::span<const scenario::Device* const> devices, double distance) {
+    assert(distance > 0 && !devices.empty());
+    const double share = scenario::free_shaft / distance;
     physics::OutsideShaft shaft;
     shaft.length = distance;
-    shaft.critical = device.buckling_force > 0 ? device.buckling_force * share * share
-                                               : physics::euler_force(rigidity, distance);
-    shaft.sag = std::max(least_sag, weight(device) * std::pow(distance, 4) / (384 * rigidity));
+    shaft.critical = 0;
+    double rigidity = 0, heavy = 0;
+    for (const scenario::Device* device : devices) {
+        const double stated = device->buckling_force, own = device->shaft_rigidity();
+        shaft.critical += stated > 0 ? stated * share * share : physics::euler_force(own, distance);
+        rigidity += own;
+        heavy += weight(*device);
+    }
+    shaft.sag = std::max(least_sag, heavy * std::pow(distance, 4) / (384 * rigidity));
     return shaft;
+}
+
+physics::OutsideShaft Outside::shaft_of(int device, std::span<const scenario::PlacedDevice> devices,
+                                        double distance) const {
+    std::vector<const scenario::Device*> within;
+    for (int k = 0; k < device; ++k)
+        if (device == outermost() && is_within(k)) within.push_back(&devices[k].device);
+    within.push_back(&devices[device].device);
+    return outside_shaft(within, distance);
 }
 
 void Outside::reset(std::span<const scenario::PlacedDevice> devices, double distance) {
     shafts_.clear();
-    for (const scenario::PlacedDevice& placed : devices)
-        shafts_.push_back(outside_shaft(placed.device, distance));
+    together_ = 0;
+    for (int k = 0; k < static_cast<int>(devices.size()); ++k)
+        shafts_.push_back(shaft_of(k, devices, distance));
     answers_.assign(devices.size(), 0.0);
     tries_ = 0;
 }
 
-void Outside::grip(int device, const scenario::Device& of, double distance) {
+void Outside::grip(int device, std::span<const scenario::PlacedDevice> devices, double distance) {
     physics::OutsideShaft& shaft = shafts_[device];
     const double push = shaft.push_at(shaft.bow), bow = shaft.bow;
-    shaft = outside_shaft(of, distance);
+    shaft = shaft_of(device, devices, distance);
     // A longer shaft bears less: it takes back what it can't hold from inside.
     shaft.bow = std::min(shaft.bow_at(push), std::max(0.0, bow));
+}
+
+int Outside::outermost() const {
+    return static_cast<int>(std::bit_width(together_)) - 1;
+}
+
+double Outside::bow(int device) const {
+    const int outer = outermost();
+    return shafts_[device].bow + (is_within(device) && device != outer ? shafts_[outer].bow : 0.0);
+}
+
+double Outside::push(int device, std::span<const physics::HubLoad> loads) const {
+    if (device != outermost()) return loads[device].push;
+    double sum = 0;
+    for (int k = 0; k <= device; ++k)
+        if (is_within(k)) sum += loads[k].push;
+    return sum;
+}
+
+void Outside::hold(std::span<const scenario::PlacedDevice> devices, const physics::Chain& chain, bool all) {
+    unsigned inside = 0;
+    for (int k = 0; all && devices.size() > 1 && k < static_cast<int>(devices.size()); ++k)
+        if (chain.devices[k].inserted > 0) inside |= 1U << k;
+    const int outer = outermost();
+    const bool springs_back = outer >= 0 && !chain.devices[outer].held;
+    if (inside != together_) {
+        for (int k = 0; springs_back && k < outer; ++k)
+            if (is_within(k) && chain.devices[k].held)
+                shafts_[k].bow = std::min(bow(k), shafts_[k].most_bow());
+        hold_together(devices, inside);
+        tries_ = 0;
+    }
+    for (int k = 0; k < static_cast<int>(devices.size()); ++k)
+        if (!chain.devices[k].held) let_go(k);
+}
+
+/// The shafts that are others now keep their bow; a sag that a pull has straightened is back.
+void Outside::hold_together(std::span<const scenario::PlacedDevice> devices, unsigned inside) {
+    const int before = outermost();
+    together_ = inside;
+    for (const int k : {before, outermost()}) {
+        if (k < 0) continue;
+        const double bow = std::max(0.0, shafts_[k].bow);
+        shafts_[k] = shaft_of(k, devices, shafts_[k].length);
+        shafts_[k].bow = bow;
+        answers_[k] = 0;
+    }
 }
 
 double Outside::goes_in(int device, double feed, double push) const {
@@ -92,17 +155,19 @@ std::optional<Outside::Release> Outside::release(const physics::Chain& chain,
     for (int k = 0; k < static_cast<int>(shafts_.size()); ++k) {
         const physics::Device& device = chain.devices[k];
         const physics::OutsideShaft& shaft = shafts_[k];
-        if (!device.held || device.inserted <= 0 || !std::isfinite(loads[k].push)) continue;
-        const double off = shaft.push_at(shaft.bow) - loads[k].push;
+        const double load = push(k, loads);
+        if (!device.held || device.inserted <= 0 || !std::isfinite(load)) continue;
+        if (is_within(k) && k != outermost()) continue;  // held at the outermost one's hub
+        const double off = shaft.push_at(shaft.bow) - load;
         const double over = std::abs(off) - felt - felt_share * shaft.critical;
-        const double push = std::min(loads[k].push, shaft.push_at(shaft.most_bow()));
-        const double excess = shaft.bow - shaft.bow_at(push);
+        const double borne = std::min(load, shaft.push_at(shaft.most_bow()));
+        const double excess = shaft.bow - shaft.bow_at(borne);
         if (over <= worst || std::abs(excess) <= seen) continue;
         worst = over;
         // The chain answers a feed by a larger push, the bow by a smaller one.
         const double most = std::min(std::abs(excess), 0.5 * chain.grid.segment_length);
         const double feed = off / (answers_[k] + shaft.stiffness_at(shaft.bow));
-        found = {k, std::clamp(feed, -most, most)};
+        found = {k == outermost() ? physics::every_device : k, std::clamp(feed, -most, most)};
     }
     if (worst == 0) return std::nullopt;
     ++tries_;

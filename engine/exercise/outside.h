@@ -12,21 +12,38 @@
 
 namespace exercise {
 
-/// Shaft between a hand and the valve, of length `distance` [mm]: its critical load is the device's
-/// buckling_force, which is stated for scenario::free_shaft, or Euler's; its weight is that of a solid of the
-/// device's section, of 6.5 g/cm³ (nitinol) for a wire and of 1.5 for a catheter (an estimate: a polymer with
-/// a braid).
-physics::OutsideShaft outside_shaft(const scenario::Device&, double distance);
+/// Shaft between a hand and the valve, of length `distance` [mm], of one device or of several in each other:
+/// the critical load of each is its buckling_force, which is stated for scenario::free_shaft, or Euler's; its
+/// weight is that of a solid of its section, of 6.5 g/cm³ (nitinol) for a wire and of 1.5 for a catheter (an
+/// estimate: a polymer with a braid). Those in each other bow alike, so that weights, rigidities and critical
+/// loads add.
+physics::OutsideShaft outside_shaft(std::span<const scenario::Device* const>, double distance);
 
-/// The shafts outside of all devices, from rest to rest of the chain.
+/// The shafts outside of all devices, from rest to rest of the chain. A hand that moves all devices together
+/// holds them at the outermost one's hub: the shaft that bows then is that one's, with the inner ones in it,
+/// and its load is the sum of their pushes; the inner ones' own shafts, behind that hub, stay as they are.
+/// Methods name it by the outermost device.
 class Outside {
 public:
+    static constexpr double felt = 1e-3;  // [N]
+
     /// All hands at `distance` from their valves, all shafts without load.
     void reset(std::span<const scenario::PlacedDevice>, double distance);
     /// The hand takes the shaft at another distance, with the force that it has if the shaft bears it.
-    void grip(int device, const scenario::Device&, double distance);
+    void grip(int device, std::span<const scenario::PlacedDevice>, double distance);
     /// Nobody feeds the shaft any more.
     void let_go(int device) { shafts_[device].bow = 0; }
+    /// Which devices are held from now on, `all` that are inside by one hand. One that nobody feeds any more
+    /// straightens; what it held of an inner one that stays in hand bows that one's own shaft.
+    void hold(std::span<const scenario::PlacedDevice>, const physics::Chain&, bool all);
+    /// The outermost of the devices that one hand holds together; −1 = there are none.
+    int outermost() const;
+    bool is_within(int device) const { return (together_ >> device & 1U) != 0; }
+    /// What was fed of a device that has not gone in: its bow, and that of the shaft that it is held within
+    /// [mm].
+    double bow(int device) const;
+    /// Push on the device's shaft: that of all that are held together on their outermost's [N].
+    double push(int device, std::span<const physics::HubLoad>) const;
 
     /// Of what a hand feeds, what is to go in; the rest bows the shaft, or comes out of its bow.
     double goes_in(int device, double feed, double push) const;
@@ -41,7 +58,7 @@ public:
     /// What the bow feeds of a device at a rest with these loads, or takes back; empty where all are in
     /// balance, or enough has been tried since a hand moved.
     struct Release {
-        int device = 0;
+        int device = 0;   // or physics::every_device
         double feed = 0;  // [mm]
     };
     std::optional<Release> release(const physics::Chain&, std::span<const physics::HubLoad>);
@@ -49,13 +66,18 @@ public:
     void give_up() { tries_ = most_tries; }
 
     const physics::OutsideShaft& shaft(int device) const { return shafts_[device]; }
-    void state(geometry::StateStream& s) { s(shafts_, answers_, tries_); }
+    void state(geometry::StateStream& s) { s(shafts_, answers_, tries_, together_); }
 
 private:
     static constexpr int most_tries = 12;
+    physics::OutsideShaft shaft_of(int device, std::span<const scenario::PlacedDevice>,
+                                   double distance) const;
+    void hold_together(std::span<const scenario::PlacedDevice>, unsigned devices);
+
     std::vector<physics::OutsideShaft> shafts_;
     std::vector<double> answers_;  // of the chain: rise of the push for each mm that goes in [N/mm]
     int tries_ = 0;                // since a hand moved
+    unsigned together_ = 0;        // devices that one hand holds as one, a bit for each
 };
 
 }  // namespace exercise

@@ -151,7 +151,8 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     for (const scenario::PlacedDevice& placed : simulation.devices()) {
         const Hand hand = simulation.hand(placed.role);
         r.devices.push_back({std::string(placed.name()), simulation.inserted(placed.role),
-                             placed.device.length, hand.turned, hand.load.torque, hand.load.push});
+                             placed.device.length, hand.turned, hand.load.torque, hand.load.push,
+                             simulation.gripped_at(placed.role), hand.bow});
     }
     r.tip_to_target = simulation.tip_to_target();
     if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();

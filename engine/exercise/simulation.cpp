@@ -435,12 +435,9 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     take_in_hand(motion);
     motion.goes_in = 1;
     const int fed = fed_by_hand(motion);
-    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
-        hub_->bear(k, k == fed                                ? outside_.bears(k, part.feed)
-                      : motion.released && k == motion.device ? outside_.bears(k)
-                                                              : outside_.passes_on(k));
+    bear(motion, part.feed);
     if (const auto loads = hub_->loads(); fed >= 0 && !motion.removes && !loads.empty()) {
-        push_before_ = loads[fed].push;
+        push_before_ = outside_.push(fed, loads);
         const double in = outside_.goes_in(fed, part.feed, push_before_);
         report.buckled = report.buckled || (part.feed > 0 && in < hardly * part.feed);
         if (in == 0 && part.feed < 0) return bow_out(motion, part.feed);
@@ -473,12 +470,13 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
         whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;
     };
     const double by_hand = made.made.feed / motion.goes_in;
-    const int fed = motion.released ? motion.device : fed_by_hand(motion);
+    const int fed = shaft_of(motion);
     take(motion.insertion, by_hand);
     take(motion.rotation, made.made.turn);
     const auto loads = hub_->loads();
     if (fed >= 0 && made.made.feed != 0 && !loads.empty())
-        outside_.fed(fed, motion.released ? 0.0 : by_hand, made.made.feed, push_before_, loads[fed].push);
+        outside_.fed(fed, motion.released ? 0.0 : by_hand, made.made.feed, push_before_,
+                     outside_.push(fed, loads));
     if (!motion.by_hand()) return;
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
@@ -497,7 +495,7 @@ void Simulation::show() {
     const auto loads = hub_->loads();
     for (std::size_t k = 0; k < loads.size(); ++k) {
         readings_.hands[k].load = loads[k];
-        readings_.hands[k].bow = outside_.shaft(static_cast<int>(k)).bow;
+        readings_.hands[k].bow = outside_.bow(static_cast<int>(k));
     }
 }
 

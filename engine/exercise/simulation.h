@@ -195,6 +195,9 @@ public:
     /// `serve`.
     const Readings& readings() const { return readings_; }
     Hand hand(script::Held) const;  // all 0 for a device that is not there
+    /// Distance of the hand from the valve; empty for a device that is not there, and with the paper's
+    /// relaxers, which know no shaft outside [mm].
+    std::optional<double> gripped_at(script::Held) const;
     /// Push that the shaft of a device, of this place in the list, passes on: under a larger one it bows
     /// between hand and introducer [N]. Infinity with the paper's relaxers.
     double passes_on(int device = 0) const;
@@ -242,7 +245,9 @@ private:
     void take_in_hand(const Motion&);
     void balance();
     bool drag_along();
+    int shaft_of(const Motion&) const;
     int fed_by_hand(const Motion&) const;
+    void bear(const Motion&, double feed);
     bool bow_out(Motion&, double feed);
     void refuse(Motion&, const physics::HubReport&, StepReport&);
     void refuse_push(Motion&, double part, StepReport&);
@@ -295,7 +300,7 @@ private:
     int part_work_ = 0;            // of the part under way [updates]
     physics::DragSearch drags_;    // for what no hand holds
     Outside outside_;              // for what hands hold
-    double push_before_ = 0;       // of the device fed, before the part under way [N]
+    double push_before_ = 0;       // on the shaft fed, before the part under way [N]
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
     int frames_ = 0;  // since the start or the last reset

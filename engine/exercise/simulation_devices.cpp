@@ -31,6 +31,12 @@ Hand Simulation::hand(script::Held held) const {
     return device ? readings_.hands[*device] : Hand();
 }
 
+std::optional<double> Simulation::gripped_at(script::Held held) const {
+    const std::optional<int> device = scenario_.index_of(held);
+    if (!device || !hub_) return std::nullopt;
+    return outside_.shaft(*device).length;
+}
+
 geometry::Polyline Simulation::path_of(script::Held held) const {
     if (held == script::Held::Wire && devices_.size() == 1) return wire_.joints;
     double left = inserted(held);
@@ -60,8 +66,8 @@ double Simulation::passes_on(int device) const {
 /// The hand takes the shaft elsewhere, with the push and torque that it has.
 void Simulation::grip(int device, double distance) {
     if (!hub_) return;
-    outside_.grip(device, devices_[device].device, distance);
-    readings_.hands[device].bow = outside_.shaft(device).bow;
+    outside_.grip(device, devices_, distance);
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k) readings_.hands[k].bow = outside_.bow(k);
     physics::hold_at(moving_, device, distance);
     wire_.devices[device] = moving_.devices[device];
     if (hub_is_idle()) balance();
@@ -153,16 +159,37 @@ void Simulation::exchange_wire(Motion& motion, StepReport& report) {
     }
     scenario::Device& wire = devices_[0].device = wire_of_catalogue(name, scenario_);
     exercise::exchange(chain(), 0, scenario_, wire);
+    outside_.grip(0, devices_, scenario_.hand_distance);
     if (twists_by_segments(nullptr)) physics::start_twists(chain(), 0);
     report.exchanged = wire.title;
     exchanged_name_ = name;
 }
 
-/// The device that a hand feeds alone; −1 = none, or all together, which bow no shaft.
-int Simulation::fed_by_hand(const Motion& motion) const {
-    if (!motion.by_hand() || motion.insertion == 0) return -1;
+/// The device whose shaft outside a feed goes through: of all together the outermost one; −1 = none.
+int Simulation::shaft_of(const Motion& motion) const {
+    if (motion.insertion == 0 || motion.dragged) return -1;
     if (devices_.size() == 1) return 0;
-    return motion.device == physics::every_device ? -1 : motion.device;
+    return motion.device == physics::every_device ? outside_.outermost() : motion.device;
+}
+
+int Simulation::fed_by_hand(const Motion& motion) const {
+    return motion.by_hand() ? shaft_of(motion) : -1;
+}
+
+/// What the shafts outside bear during a part of a motion. On a shaft with others in it each may push with
+/// what the others leave.
+void Simulation::bear(const Motion& motion, double feed) {
+    const int shaft = shaft_of(motion);
+    const bool together = shaft >= 0 && shaft == outside_.outermost();
+    const auto loads = hub_->loads();
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k) {
+        double most = outside_.passes_on(k);
+        if (k == shaft) most = outside_.bears(k, motion.released ? 0.0 : feed);
+        if (together && outside_.is_within(k) && !loads.empty())
+            most = std::max(Outside::felt, outside_.bears(shaft, motion.released ? 0.0 : feed) -
+                                               (outside_.push(shaft, loads) - loads[k].push));
+        hub_->bear(k, most);
+    }
 }
 
 /// All of a part of the hand's motion bows the shaft outside, or comes out of its bow. False when the motion
@@ -204,8 +231,8 @@ void Simulation::take_in_hand(const Motion& motion) {
     for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
         moving_.devices[k].held =
             devices_[k].pinned || motion.device == physics::every_device || motion.device == k;
-    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
-        if (!moving_.devices[k].held || (motion.removes && motion.device == k)) outside_.let_go(k);
+    outside_.hold(devices_, moving_, motion.device == physics::every_device);
+    if (motion.removes) outside_.let_go(motion.device);
 }
 
 /// At a rest: what friction moves that no hand holds goes along next; where all is in balance, or nothing
@@ -215,9 +242,9 @@ void Simulation::balance() {
     if (drag_along() || !waiting_.empty()) return;
     const std::optional<Outside::Release> next = outside_.release(moving_, hub_->loads());
     if (!next) return;
-    push_before_ = hub_->loads()[next->device].push;
     Motion motion;
     motion.insertion = next->feed, motion.device = next->device, motion.released = true;
+    push_before_ = outside_.push(shaft_of(motion), hub_->loads());
     waiting_.insert(waiting_.begin(), motion);
 }
 

@@ -146,6 +146,29 @@ void Hands::take_next_device(const exercise::Simulation& simulation, std::vector
     messages.push_back("The hand holds " + all);
 }
 
+/// All presses of a frame are one step, of each device in the hand. It stops where the command's range ends.
+void Hands::move_grip(const Input& input, const exercise::Simulation& simulation,
+                      std::vector<script::Command>& commands, std::vector<std::string>& messages) const {
+    double step = 0;
+    for (const Action action : input.pressed)
+        step += keys_.speeds.grip_step * ((action == Action::GripFarther) - (action == Action::GripCloser));
+    if (step == 0) return;
+    for (const scenario::PlacedDevice& device : simulation.devices()) {
+        if (held_ != script::Held::All && held_ != device.role) continue;
+        const std::optional<double> now = simulation.gripped_at(device.role);
+        if (!now) {
+            messages.push_back("The hand's distance counts with the method \"global\" only");
+            return;
+        }
+        const double at = rounded(std::clamp(*now + step, script::least_grip, script::largest_grip), 1e-3);
+        if (at != *now)
+            commands.push_back(script::Grip{at, device.role});
+        else
+            messages.push_back(fmt::format("The hand on the {} goes no {} than {:g} mm from the valve",
+                                           device.name(), step < 0 ? "closer" : "farther", at));
+    }
+}
+
 /// All presses of a frame are one shift, in their order.
 void Hands::shift_mask(const Input& input, std::vector<script::Command>& commands) const {
     using Way = script::ShiftMask::Way;
@@ -297,6 +320,7 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
     press_pedals(input, simulation, commands, messages);
     move_stand(input, simulation, commands, messages);
     inject(input, simulation, commands, messages);
+    move_grip(input, simulation, commands, messages);
     move_wire(input, last, commands);
     return commands;
 }

@@ -50,6 +50,8 @@ private:
     void press_pedals(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                       std::vector<std::string>& messages);
     void take_next_device(const exercise::Simulation&, std::vector<std::string>& messages);
+    void move_grip(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
+                   std::vector<std::string>& messages) const;
     void shift_mask(const Input&, std::vector<script::Command>&) const;
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                     std::vector<std::string>& messages);

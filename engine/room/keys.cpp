@@ -56,6 +56,8 @@ constexpr std::array<ActionInfo, actions> table = {{
     {"pulses_more", "more pulses a second"},
     {"pulses_fewer", "fewer pulses a second"},
     {"device", "the other device in hand"},
+    {"grip_closer", "hand closer to the valve"},
+    {"grip_farther", "hand farther from the valve"},
     {"review", "look at the runs taken"},
     {"pause", "pause"},
     {"back_to_start", "a new attempt from the start"},
@@ -108,6 +110,7 @@ private:
         three(section, "advance_mm_per_s", s.advance, 200);
         three(section, "rotate_deg_per_s", s.rotate, 3600, degree);
         three(section, "shift_px", s.shift, 50);
+        section.number("grip_step_mm", s.grip_step, positive(100));
         section.number("run_up_s", s.run_up, {0, 5});
         section.number("wheel_mm", s.wheel, positive(50));
         section.number("drag_mm_per_pixel", s.drag_advance, positive(5));

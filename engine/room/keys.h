@@ -63,6 +63,8 @@ enum class Action : std::uint8_t {
     PulsesMore,
     PulsesFewer,
     Device,
+    GripCloser,
+    GripFarther,
     Review,
     Pause,
     BackToStart,
@@ -109,6 +111,7 @@ struct Speeds {
     double arm = 0.436;                                                // [rad/s]
     double table = 60;                                                 // [mm/s]
     std::array<double, 3> shift = {0.1, 0.5, 2};                       // of the mask by a key [pixels]
+    double grip_step = 10;                                             // of the hand, from the valve [mm]
     double sid_step = 50;                                              // [mm]
     std::vector<double> fields = {480, 400, 320, 270, 230, 190, 160};  // of the detector, widest first [mm]
 };

@@ -74,6 +74,8 @@ struct Readout {
         std::optional<double> hub_twist;   // of the hub, right-handed about the advancing device [rad]
         std::optional<double> torque;      // at the introducer [N·mm]
         std::optional<double> push_force;  // along the device at the introducer [N]
+        std::optional<double> grip = {};   // the hand's distance from the valve [mm]
+        std::optional<double> bow = {};    // fed and not gone in: the shaft between bows [mm]
     };
     std::vector<Device> devices;  // innermost first
     std::string held;             // by the hand: the name of one, "all"; empty = the first

@@ -274,6 +274,8 @@ std::string capitals(std::string text) {
     return text;
 }
 
+constexpr double bow_seen = 1.0;  // what a hand has fed in vain is marked from here on [mm]
+
 void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
     // Of the device in the hand, of the first where it holds all; the others' lengths stand beside the
     // heading.
@@ -307,6 +309,10 @@ void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
     row(canvas, beside, y + 19.0f, "Torque", signed_text(device.torque, 2) + " N·mm");
     row(canvas, beside, y + 38.0f, "Push", signed_text(device.push_force, 2) + " N");
     y += 2.0f * radius + 7.0f;
+    row(canvas, area, y, "Hand at",
+        figure_text(device.grip, 0) + " mm, bow " + figure_text(device.bow, 1) + " mm",
+        device.bow && *device.bow >= bow_seen ? palette::caution : palette::value);
+    y += 19.0f;
 
     const auto force = [&](std::string_view name, std::optional<double> value) {
         const float share = share_of(value, r.force_limit);
@@ -389,7 +395,7 @@ struct Section {
     float height;  // the last takes the remainder
 };
 constexpr Section sections[] = {{draw_gantry, 190.0f},  {draw_technique, 76.0f}, {draw_dose, 108.0f},
-                                {draw_devices, 212.0f}, {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
+                                {draw_devices, 231.0f}, {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
 
 }  // namespace
 

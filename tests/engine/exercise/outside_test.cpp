@@ -1,5 +1,6 @@
 /// The shaft outside, from a hand's commands to what the hand feels.
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -110,6 +111,45 @@ TEST(Outside, ThePapersRelaxersRefuseAGrip) {
     EXPECT_THROW(simulation.apply(script::Grip{30, Held::Wire}), io::InputError);
 }
 
+/// The same wire in a catheter that is as easily bowed.
+scenario::Scenario two_tight() {
+    scenario::Scenario s = test::small_scenario(std::string(test::small_toml) +
+                                                "[catheter]\ndevice = \"berenstein5f\"\ninserted_mm = 18\n");
+    for (scenario::PlacedDevice& placed : s.devices) {
+        placed.device.friction = placed.device.static_friction = 0.5;
+        placed.device.buckling_force = critical;
+        placed.pinned = false;
+    }
+    return s;
+}
+
+/// One hand on both: they go in by the same length, the shaft that bows is the catheter's with the wire in
+/// it, and it bears what both bear.
+TEST(Outside, AHandThatFeedsAllBowsTheOutermostShaftWithTheOthersInIt) {
+    Simulation both(two_tight());
+    const double wire = both.inserted(Held::Wire), catheter = both.inserted(Held::Catheter);
+    const double fed = fed_by(both, script::Advance{1, Held::All}, 40);
+    const double bow = both.hand(Held::Catheter).bow;
+    EXPECT_GT(bow, 3) << "it never bowed";
+    EXPECT_NEAR(both.inserted(Held::Catheter) + bow, catheter + fed, 1e-6);
+    EXPECT_NEAR(both.inserted(Held::Wire) + both.hand(Held::Wire).bow, wire + fed, 1e-6);
+    EXPECT_GE(both.hand(Held::Wire).bow, bow) << "it lies in the catheter's bow";
+    const double push = both.hand(Held::Wire).load.push + both.hand(Held::Catheter).load.push;
+    EXPECT_NEAR(both.passes_on(1) / both.passes_on(0), 2, 1e-3) << "critical loads add";
+    EXPECT_GT(push, 0.9 * 2 * critical);
+    EXPECT_LE(push, both.passes_on(1) + 1.5e-3);
+    // A pull takes the bow first.
+    const double inside = both.inserted(Held::Catheter);
+    fed_by(both, script::Withdraw{1, Held::All}, static_cast<int>(bow) - 2);
+    EXPECT_NEAR(both.inserted(Held::Catheter), inside, 0.3);
+    // Let go, the catheter straightens, and what it held of the wire bows the wire's own shaft.
+    const double held = both.hand(Held::Wire).bow, in = both.inserted(Held::Wire);
+    both.apply(script::Rotate{0.01, Held::Wire});
+    for (int k = 0; k < 20; ++k) both.step();
+    EXPECT_EQ(both.hand(Held::Catheter).bow, 0);
+    EXPECT_NEAR(both.inserted(Held::Wire) + both.hand(Held::Wire).bow, in + held, 1e-6);
+}
+
 /// A thousand frames of random hands at several distances: what is fed is inside or bowed, and no push is
 /// more than the shaft bears by more than is felt.
 TEST(Outside, RandomHandsLoseNothing) {
@@ -150,6 +190,70 @@ TEST(Outside, RandomHandsLoseNothing) {
             ASSERT_NEAR(now, fed, 1e-6) << "frame " << frame << ", seed " << seed;
         }
     }
+}
+
+/// The same with two devices, each fed alone or both at once. What a hand that takes another device lets go
+/// of, or has straightened, is counted from there.
+TEST(Outside, RandomHandsOnTwoDevicesLoseNothing) {
+    int bowed = 0, together = 0;
+    for (const unsigned seed : {1u, 2u, 3u}) {
+        SCOPED_TRACE(seed);
+        std::mt19937 random(seed);
+        const auto unit = [&] { return random() / 4294967296.0; };
+        Simulation simulation(two_tight());
+        constexpr std::array devices = {Held::Wire, Held::Catheter};
+        const auto in_hand = [&](Held held, Held device) { return held == Held::All || held == device; };
+        const auto fed_of = [&](Held device) {
+            return simulation.inserted(device) + simulation.hand(device).bow;
+        };
+        std::array<double, 2> fed = {fed_of(Held::Wire), fed_of(Held::Catheter)};
+        Held held = Held::All;
+        const auto settle = [&] {
+            StepReport report = simulation.step();
+            bool partly = false;
+            for (int k = 0; k < 50 && (report.settling || report.waiting_insertion != 0); ++k) {
+                partly |= report.refused || report.withdrawal_stopped || report.whole_wire_is_in ||
+                          report.too_thick;
+                report = simulation.step();
+            }
+            EXPECT_EQ(report.waiting_insertion, 0);
+            return partly || report.refused || report.withdrawal_stopped || report.whole_wire_is_in ||
+                   report.too_thick;
+        };
+        for (int frame = 0; frame < 150; ++frame) {
+            if (unit() < 0.1) {
+                const Held next = std::array{Held::Wire, Held::Catheter, Held::All, Held::All}[random() % 4];
+                simulation.apply(script::Rotate{0.01, next});
+                settle();
+                held = next;
+                fed = {fed_of(Held::Wire), fed_of(Held::Catheter)};
+            }
+            if (unit() < 0.05) {
+                for (const Held device : devices) simulation.apply(script::Grip{10 + 150 * unit(), device});
+                fed = {fed_of(Held::Wire), fed_of(Held::Catheter)};
+            }
+            const double mm = 2 * unit() * (unit() < 0.7 ? 1 : -1);
+            if (mm > 0)
+                simulation.apply(script::Advance{mm, held});
+            else
+                simulation.apply(script::Withdraw{-mm, held});
+            const bool partly = settle();
+            for (const int k : {0, 1}) {
+                if (!in_hand(held, devices[k])) continue;
+                const double now = fed_of(devices[k]);
+                fed[k] = partly ? now : fed[k] + mm;
+                ASSERT_NEAR(now, fed[k], 1e-6) << "frame " << frame << ", " << script::name_of(held);
+            }
+            if (held != Held::All) continue;
+            ++together;
+            bowed += simulation.hand(Held::Catheter).bow > 1;
+            const double push =
+                simulation.hand(Held::Wire).load.push + simulation.hand(Held::Catheter).load.push;
+            ASSERT_LE(push, simulation.passes_on(1) + 3e-3) << "frame " << frame;
+        }
+    }
+    EXPECT_GT(together, 100);
+    EXPECT_GT(bowed, 30) << "no shaft bowed while one hand held both";
 }
 
 }  // namespace exercise

@@ -127,6 +127,49 @@ TEST_F(HandsTest, KeysShiftTheMaskAndHoldTheBreath) {
     EXPECT_EQ(exercise.simulation().breathing().state(), scenario::Breathing::State::Free);
 }
 
+TEST_F(HandsTest, KeysMoveTheHandToTheValveAndAwayAsFarAsTheCommandGoes) {
+    using script::Held;
+    const auto twice = commands(pressing({Action::GripCloser, Action::GripCloser}));
+    ASSERT_EQ(twice.size(), 1u);
+    EXPECT_EQ(script::to_text(twice[0]), "grip wire 80 mm");
+    EXPECT_TRUE(commands(pressing({Action::GripCloser, Action::GripFarther})).empty());
+    frame(pressing({Action::GripCloser, Action::GripCloser}));
+    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), 80);
+    EXPECT_FALSE(exercise.simulation().gripped_at(Held::Catheter));
+    EXPECT_EQ(script::to_text(commands(pressing({Action::GripFarther})).at(0)), "grip wire 90 mm");
+    for (int k = 0; k < 10; ++k) frame(pressing({Action::GripCloser}));
+    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), script::least_grip);
+    EXPECT_EQ(messages.back(), "The hand on the wire goes no closer than 5 mm from the valve");
+    for (int k = 0; k < 60; ++k) frame(pressing({Action::GripFarther}));
+    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), script::largest_grip);
+    EXPECT_EQ(messages.back(), "The hand on the wire goes no farther than 500 mm from the valve");
+}
+
+TEST(HandsGrip, AHandThatHoldsAllTakesEachDeviceCloserAndThePapersRelaxersNone) {
+    const KeyMap map = load_keys(test::asset("keys.toml"));
+    std::vector<std::string> messages;
+    const auto pressed = [&](exercise::Exercise& exercise, std::initializer_list<Action> keys) {
+        Hands hands(map, 1 / exercise.simulation().scenario().frame_rate);
+        Input input;
+        input.pressed = keys;
+        return hands.commands(input, exercise.simulation(), {}, messages);
+    };
+    const std::string both = std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n";
+    exercise::Exercise two(test::small_scenario(both), true);
+    const auto one = pressed(two, {Action::Device, Action::GripCloser});
+    ASSERT_EQ(one.size(), 1u);
+    EXPECT_EQ(script::to_text(one[0]), "grip catheter 90 mm");
+    const auto all = pressed(two, {Action::Device, Action::Device, Action::GripCloser});
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(script::to_text(all[0]), "grip wire 90 mm");
+    EXPECT_EQ(script::to_text(all[1]), "grip catheter 90 mm");
+    scenario::Scenario paper = test::small_scenario();
+    paper.relaxer.kind = physics::RelaxerKind::Segment;
+    exercise::Exercise of_paper(paper, true);
+    EXPECT_TRUE(pressed(of_paper, {Action::GripCloser}).empty());
+    test::expect_said(messages.back(), "global");
+}
+
 TEST_F(HandsTest, TheStandGoesNoFurtherThanItCanAndSaysSo) {
     for (int k = 0; k < 400; ++k) frame(holding({Action::ArmLao, Action::ArmCranial, Action::TableHead}));
     const render::CArm arm = exercise.simulation().console().arm();

@@ -39,6 +39,7 @@ TEST(Keys, WhatIsWrongIsNamedWithItsLineAndWhatIsAccepted) {
     expect_said(said("[keys]\nadvance = 3\n"), "my.toml:2:11: this is no key");
     expect_said(said("[hand]\nadvance_mm_per_s = [2, 1, 30]\n"), "my.toml:2:");
     expect_said(said("[hand]\nadvance_mm_per_s = [2, 10, 1e9]\n"), "200");
+    expect_said(said("[hand]\ngrip_step_mm = 0\n"), "my.toml:2:");
     expect_said(said("[hand]\nrun_up_s = nan\n"), "my.toml:2:");
     expect_said(said("[stand]\nfields_mm = [100, 200]\n"), "widest first");
     expect_said(said("[[injection]]\nname = \"no key\"\n"), "key");

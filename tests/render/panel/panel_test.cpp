@@ -57,7 +57,7 @@ Readout sample() {
     r.air_kerma_rate = 12.3;
     r.kerma_area = 6.12;
     r.fluoro_time = 258.0;
-    r.devices = {{"wire", 420.0, 800.0, 0.7, 0.42, 0.31}};
+    r.devices = {{"wire", 420.0, 800.0, 0.7, 0.42, 0.31, 100.0, 0.2}};
     r.tip_to_target = 23.5;
     r.tip_force = 0.06;
     r.largest_wall_force = 0.21;
@@ -206,6 +206,7 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
         {"torque", [](Readout& r) { r.devices[0].torque = -1e30; }},
         {"twist", [](Readout& r) { r.devices[0].hub_twist = -1e5; }},
         {"push", [](Readout& r) { r.devices[0].push_force = -0.5; }},
+        {"grip", [](Readout& r) { r.devices[0].grip = 1e30; }},
         {"tip force", [](Readout& r) { r.tip_force = 1e30; }},
         {"wall force", [](Readout& r) { r.largest_wall_force = 0.8; }},
         {"history",
@@ -301,7 +302,8 @@ TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
           &Readout::largest_wall_force, &Readout::contrast}) {
         broken.*field = not_a_number;
     }
-    broken.devices = {{"wire", not_a_number, not_a_number, not_a_number, not_a_number, not_a_number}};
+    broken.devices = {{"wire", not_a_number, not_a_number, not_a_number, not_a_number, not_a_number,
+                       not_a_number, not_a_number}};
     EXPECT_EQ(draw(broken), draw(missing));
     EXPECT_NE(draw(missing), draw(sample()));
 
@@ -310,7 +312,7 @@ TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
         Readout r = sample();
         r.lao = r.cranial = r.force_limit = r.history_length = r.injection_rate = odd;
         r.sid = r.sod = r.contrast_limit = r.contrast = odd;
-        r.devices = {{"wire", odd, odd, odd, odd, odd}};
+        r.devices = {{"wire", odd, odd, odd, odd, odd, odd, odd}};
         r.table = {odd, odd, odd};
         r.force_history = {odd, 0.1, odd, 0.2, 0.3, odd};
         EXPECT_NO_THROW(draw(r)) << odd;
