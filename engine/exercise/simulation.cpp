@@ -428,15 +428,14 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.grid.segment_length;
     physics::HubMotion part;
     part.device = motion.device;
-    if (motion.insertion != 0)
-        part.feed = motion.insertion / steps_of(motion.insertion, longest);
-    else
+    if (motion.insertion != 0) part.feed = motion.insertion / steps_of(motion.insertion, longest);
+    if (motion.rotation != 0 && (motion.insertion == 0 || motion.dragged))
         part.turn = motion.rotation / steps_of(motion.rotation, turn);
     take_in_hand(motion);
     motion.goes_in = 1;
     const int fed = fed_by_hand(motion);
     bear(motion, part.feed);
-    if (const auto loads = hub_->loads(); fed >= 0 && !motion.removes && !loads.empty()) {
+    if (const auto loads = shaft_loads(); fed >= 0 && !motion.removes && !loads.empty()) {
         push_before_ = outside_.push(fed, loads);
         const double in = outside_.goes_in(fed, part.feed, push_before_);
         report.buckled = report.buckled || (part.feed > 0 && in < hardly * part.feed);
@@ -473,14 +472,14 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     const int fed = shaft_of(motion);
     take(motion.insertion, by_hand);
     take(motion.rotation, made.made.turn);
-    const auto loads = hub_->loads();
+    const auto loads = shaft_loads();
     if (fed >= 0 && made.made.feed != 0 && !loads.empty())
         outside_.fed(fed, motion.released ? 0.0 : by_hand, made.made.feed, push_before_,
                      outside_.push(fed, loads));
+    count_turn(made.made.device, made.made.turn);
     if (!motion.by_hand()) return;
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
-    count_turn(made.made.device, made.made.turn);
 }
 
 void Simulation::count_turn(int device, double angle) {

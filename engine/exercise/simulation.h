@@ -20,6 +20,7 @@
 #include "physics/geometry/state.h"
 #include "physics/relax/hub.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wire/drag.h"
 #include "physics/wire/friction.h"
 
 namespace exercise {
@@ -243,6 +244,7 @@ private:
     void prepare_motion(StepReport&);
     bool make_motion(Motion&, StepReport&);
     void take_in_hand(const Motion&);
+    std::vector<physics::HubLoad> shaft_loads() const;  // of what is between hands and introducer
     void balance();
     bool drag_along();
     int shaft_of(const Motion&) const;

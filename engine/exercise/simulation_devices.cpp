@@ -9,6 +9,7 @@
 #include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation.h"
+#include "physics/wire/rub_forces.h"
 
 namespace exercise {
 
@@ -235,16 +236,21 @@ void Simulation::take_in_hand(const Motion& motion) {
     if (motion.removes) outside_.let_go(motion.device);
 }
 
+std::vector<physics::HubLoad> Simulation::shaft_loads() const {
+    return physics::shaft_loads(moving_, hub_->contacts(), hub_->loads());
+}
+
 /// At a rest: what friction moves that no hand holds goes along next; where all is in balance, or nothing
 /// more helps, what has slipped has slipped. Once hands rest, shafts that have bowed outside feed or take
 /// back.
 void Simulation::balance() {
     if (drag_along() || !waiting_.empty()) return;
-    const std::optional<Outside::Release> next = outside_.release(moving_, hub_->loads());
+    const std::vector<physics::HubLoad> loads = shaft_loads();
+    const std::optional<Outside::Release> next = outside_.release(moving_, loads);
     if (!next) return;
     Motion motion;
     motion.insertion = next->feed, motion.device = next->device, motion.released = true;
-    push_before_ = outside_.push(shaft_of(motion), hub_->loads());
+    push_before_ = outside_.push(shaft_of(motion), loads);
     waiting_.insert(waiting_.begin(), motion);
 }
 
@@ -253,7 +259,7 @@ bool Simulation::drag_along() {
     std::optional<physics::Drag> next;
     if (drags_.tries < most_drags) next = physics::drag(moving_, hub_->contacts(), hub_->loads(), drags_);
     if (next) {
-        waiting_.insert(waiting_.begin(), {next->feed, 0, next->device, false, {}, true});
+        waiting_.insert(waiting_.begin(), {next->feed, next->turn, next->device, false, {}, true});
         return true;
     }
     drags_.restart();

@@ -19,9 +19,12 @@ scenario::ShaftState Simulation::shaft(int which) const {
     const physics::Device& device = moving_.devices[which];
     const physics::DeviceSpec spec = spec_of(scenario_, devices_[which].device);
     const auto loads = hub_->loads();
+    // What rubs on hubs winds up no shaft here.
+    std::vector<physics::HubLoad> rubs(loads.size());
+    if (!loads.empty()) physics::add_rubs(moving_, hub_->contacts(), rubs);
     return {device.inserted,
             device.outside,
-            loads.empty() ? 0.0 : loads[which].torque,
+            loads.empty() ? 0.0 : loads[which].torque - rubs[which].torque,
             physics::held_back(moving_, which, spec),
             device.wound_up(),
             physics::torsion_of(device)};

@@ -8,6 +8,7 @@
 
 #include "physics/wall/astray.h"
 #include "physics/wire/energy.h"
+#include "physics/wire/rub_forces.h"
 
 namespace physics {
 namespace {
@@ -76,10 +77,11 @@ bool Hub::can_be(const RelaxReport& report) const {
 bool Hub::buckles(const Chain& wire) const {
     if (settling_ || made_.feed < 0 || !loads_at_rest_) return false;
     assert(loads_.size() == wire.devices.size() && rest_loads_.size() == loads_.size());
+    const std::vector<HubLoad> shafts = shaft_loads(wire, relaxer_.contacts(), loads_);
     for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
-        const double push = loads_[k].push;
+        const double push = shafts[k].push, before = rest_loads_[k].push - valves_on_hub(rest_, k);
         const bool fed = made_.device == every_device || made_.device == k;
-        if (push > passes_on(wire, k) && ((fed && made_.feed > 0) || push > rest_loads_[k].push)) return true;
+        if (push > passes_on(wire, k) && ((fed && made_.feed > 0) || push > before)) return true;
     }
     return false;
 }

@@ -695,7 +695,7 @@ std::vector<std::string> validate(const Chain& chain) {
         !std::isfinite(chain.rub_loss))
         out.push_back("load, friction loss or motion carried over is not finite");
     for (const Rub& rub : chain.rubs)
-        if (!std::isfinite(rub.slide + rub.moved + rub.force + rub.rested))
+        if (!(rub.slide + rub.moved + rub.force).allFinite() || !std::isfinite(rub.rested))
             out.push_back("friction between devices is not finite");
     if (!(std::abs(chain.base_director.norm() - 1) <= 1e-9) ||
         !(std::abs(chain.base_director.dot(chain.tangents[0])) <= 1e-9))

@@ -7,6 +7,7 @@
 
 #include "physics/wire/bending.h"
 #include "physics/wire/friction.h"
+#include "physics/wire/rub_forces.h"
 
 namespace physics {
 namespace {
@@ -15,6 +16,11 @@ constexpr double rounded = 1e-9;  // of λ: lengths are sums
 
 bool moves(std::size_t device, int which) {
     return which == every_device || static_cast<int>(device) == which;
+}
+
+/// Whether the inner device's surface moves with a hand (1), the outer one's (−1), or both or neither (0).
+int slides(const Rub& rub, int which) {
+    return moves(rub.inner, which) - (rub.outer != in_room && moves(rub.outer, which));
 }
 
 std::vector<double> places_of(const std::vector<double>& lengths) {
@@ -190,9 +196,7 @@ void stretch(Chain& chain, const FeedPlan& plan) {
     }
     if (!chain.grips.empty() || twists) old.places = places_of(chain.lengths);
     const int first = first_fed(chain, plan.device);
-    for (Rub& rub : chain.rubs)
-        rub.moved +=
-            plan.mm * (moves(rub.inner, plan.device) - (rub.outer != valve && moves(rub.outer, plan.device)));
+    for (Rub& rub : chain.rubs) rub.moved.x() += plan.mm * slides(rub, plan.device);
     for (std::size_t k = 0; k < chain.devices.size(); ++k)
         if (moves(k, plan.device)) chain.devices[k].inserted += plan.mm;
     chain.lengths[plan.grows] += plan.change;
@@ -305,6 +309,7 @@ void hold_at(Chain& chain, int which, double distance) {
 
 void rotate(Chain& chain, int which, double angle) {
     assert(which >= every_device && which < static_cast<int>(chain.devices.size()) && std::isfinite(angle));
+    for (Rub& rub : chain.rubs) rub.moved.y() += radius_of(chain, rub) * angle * slides(rub, which);
     for (std::size_t k = 0; k < chain.devices.size(); ++k) {
         if (!moves(k, which)) continue;
         Device& device = chain.devices[k];

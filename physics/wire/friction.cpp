@@ -6,21 +6,15 @@
 #include <cmath>
 
 #include "physics/wire/bending.h"
+#include "physics/wire/rub_forces.h"
 
 namespace physics {
 namespace {
 
-const Rub* rub_of(const Chain& chain, int inner, int outer) {
+const Rub* lumen_rub(const Chain& chain, int inner, int outer) {
     for (const Rub& rub : chain.rubs)
-        if (rub.inner == inner && rub.outer == outer) return &rub;
+        if (!rub.valve && rub.inner == inner && rub.outer == outer) return &rub;
     return nullptr;
-}
-
-/// Coefficient of a lumen [-], force of a valve [N].
-double largest(const Chain& chain, const Rub& rub, bool holds_fast) {
-    const DeviceSpec& spec = chain.devices[rub.outer == valve ? rub.inner : rub.outer].spec;
-    if (rub.outer == valve) return holds_fast ? spec.holding_valve_friction() : spec.valve_friction;
-    return holds_fast ? spec.holding_inner_friction() : spec.inner_friction;
 }
 
 /// Moment that a device bears at a joint, of what is distal on what is proximal [N·mm].
@@ -45,27 +39,6 @@ int toucher(const Chain& chain, int outer, int joint) {
     return some;
 }
 
-/// Of each rub: the normal force that its friction is proportional to, summed over the joints; 1 of a valve
-/// that something is in.
-std::vector<double> pressures(const Chain& chain, std::span<const WallContact> contacts) {
-    std::vector<double> sums(chain.rubs.size(), 0.0);
-    std::vector<LumenContact> lumen;
-    int known = valve;
-    for (std::size_t r = 0; r < sums.size(); ++r) {
-        const Rub& rub = chain.rubs[r];
-        if (rub.outer == valve) {
-            sums[r] = chain.devices[rub.inner].inserted > 0;
-            continue;
-        }
-        if (known != rub.outer) lumen = lumen_contacts(chain, contacts, known = rub.outer);
-        for (const LumenContact& contact : lumen)
-            if (contact.inner == rub.inner) sums[r] += contact.press.norm();
-        // A wall that answers nonsense leaves no finite forces.
-        if (!std::isfinite(sums[r])) sums[r] = 0;
-    }
-    return sums;
-}
-
 /// A joint that touches nothing has lain still as the nearest one that does, for touch goes from joint to
 /// joint while the chain lies there; where none does, what comes to touch moves.
 void share_rest(Chain& chain) {
@@ -88,11 +61,72 @@ void share_rest(Chain& chain) {
     }
 }
 
-double force_of(const Chain& chain, const Rub& rub, double pressure) {
-    return pressure * largest(chain, rub, rub.holds_fast()) * rub.share();
+/// Part of a straight way over which a slide that it continues stays elastic [-].
+double elastic_part(const Vec2& slide, const Vec2& way) {
+    const double square = way.squaredNorm(), along = slide.dot(way);
+    const double room = std::max(0.0, slip_length * slip_length - slide.squaredNorm());
+    if ((slide + way).squaredNorm() <= slip_length * slip_length || square == 0) return 1;
+    const double root = std::sqrt(along * along + square * room);
+    // Without cancellation where the slide is outward.
+    return std::clamp(along > 0 ? room / (along + root) : (root - along) / square, 0.0, 1.0);
+}
+
+/// A valve whose carrier came in or went out is another one's from now on, and begins at ease.
+void follow_carriers(Chain& chain) {
+    for (Rub& rub : chain.rubs) {
+        if (!rub.valve) continue;
+        const int carrier = carrier_of_valve(chain, rub.inner);
+        if (carrier == rub.outer) continue;
+        chain.rub_loss += rub.energy();
+        const int inner = rub.inner;
+        rub = {};
+        rub.inner = inner;
+        rub.outer = carrier;
+        rub.valve = true;
+    }
 }
 
 }  // namespace
+
+double radius_of(const Chain& chain, const Rub& rub) {
+    return 0.5 * chain.devices[rub.inner].spec.outer_diameter;
+}
+
+double largest(const Chain& chain, const Rub& rub, bool holds_fast) {
+    const DeviceSpec& spec = chain.devices[rub.valve ? rub.inner : rub.outer].spec;
+    if (rub.valve) return holds_fast ? spec.holding_valve_friction() : spec.valve_friction;
+    return holds_fast ? spec.holding_inner_friction() : spec.inner_friction;
+}
+
+std::vector<double> pressures(const Chain& chain, std::span<const WallContact> contacts) {
+    std::vector<double> sums(chain.rubs.size(), 0.0);
+    std::vector<LumenContact> lumen;
+    int known = in_room;
+    for (std::size_t r = 0; r < sums.size(); ++r) {
+        const Rub& rub = chain.rubs[r];
+        if (rub.valve) {
+            sums[r] = chain.devices[rub.inner].inserted > 0;
+            continue;
+        }
+        if (known != rub.outer) lumen = lumen_contacts(chain, contacts, known = rub.outer);
+        for (const LumenContact& contact : lumen)
+            if (contact.inner == rub.inner) sums[r] += contact.press.norm();
+        // A wall that answers nonsense leaves no finite forces.
+        if (!std::isfinite(sums[r])) sums[r] = 0;
+    }
+    return sums;
+}
+
+Vec2 force_of(const Chain& chain, const Rub& rub, double pressure) {
+    return pressure * largest(chain, rub, rub.holds_fast()) * rub.share();
+}
+
+int carrier_of_valve(const Chain& chain, int device) {
+    assert(device >= 0 && device < static_cast<int>(chain.devices.size()));
+    for (int k = device + 1; k < static_cast<int>(chain.devices.size()); ++k)
+        if (chain.devices[k].inserted > 0) return k;
+    return in_room;
+}
 
 std::vector<LumenContact> lumen_contacts(const Chain& chain, std::span<const WallContact> contacts,
                                          int outer) {
@@ -105,8 +139,8 @@ std::vector<LumenContact> lumen_contacts(const Chain& chain, std::span<const Wal
     if (chain.bent_segments() > 0) directors = physics::directors(chain);
     std::array<double, most_devices> signed_friction = {};
     for (int k = 0; k < outer; ++k)
-        if (const Rub* rub = rub_of(chain, k, outer))
-            signed_friction[k] = largest(chain, *rub, rub->holds_fast()) * rub->share();
+        if (const Rub* rub = lumen_rub(chain, k, outer))
+            signed_friction[k] = largest(chain, *rub, rub->holds_fast()) * rub->share().x();
     const auto bears = [&](int joint) {
         Vec3 sum = Vec3::Zero();
         for (int k = 0; joint < n && k < outer; ++k) sum += moment(chain, directors, chain.devices[k], joint);
@@ -159,18 +193,20 @@ void follow_grips(Chain& chain) {
 
 void start_rubs(Chain& chain) {
     const int devices = static_cast<int>(chain.devices.size());
-    const auto add = [&](int inner, int outer) {
-        if (rub_of(chain, inner, outer)) return;
+    const auto add = [&](int inner, int outer, bool valve) {
+        for (const Rub& rub : chain.rubs)
+            if (rub.inner == inner && rub.valve == valve && (valve || rub.outer == outer)) return;
         Rub rub;
         rub.inner = inner;
         rub.outer = outer;
+        rub.valve = valve;
         chain.rubs.push_back(rub);
     };
     for (int k = 0; k < devices; ++k)
-        if (chain.devices[k].spec.holding_valve_friction() > 0) add(k, valve);
+        if (chain.devices[k].spec.holding_valve_friction() > 0) add(k, carrier_of_valve(chain, k), true);
     for (int outer = 1; outer < devices; ++outer)
         for (int inner = 0; inner < outer; ++inner)
-            if (chain.devices[outer].spec.holding_inner_friction() > 0) add(inner, outer);
+            if (chain.devices[outer].spec.holding_inner_friction() > 0) add(inner, outer, false);
 }
 
 void add_rubs(const Chain& chain, std::span<const WallContact> contacts, std::span<HubLoad> loads) {
@@ -179,10 +215,40 @@ void add_rubs(const Chain& chain, std::span<const WallContact> contacts, std::sp
     const std::vector<double> pressure = pressures(chain, contacts);
     for (std::size_t r = 0; r < pressure.size(); ++r) {
         const Rub& rub = chain.rubs[r];
-        const double force = force_of(chain, rub, pressure[r]);
-        loads[rub.inner].push -= force;
-        if (rub.outer != valve) loads[rub.outer].push += force;
+        const Vec2 force = force_of(chain, rub, pressure[r]);
+        const double torque = radius_of(chain, rub) * force.y();
+        loads[rub.inner].push -= force.x();
+        loads[rub.inner].torque -= torque;
+        if (rub.outer == in_room) continue;
+        loads[rub.outer].push += force.x();
+        loads[rub.outer].torque += torque;
     }
+}
+
+double valves_on_hub(const Chain& chain, int device) {
+    double sum = 0;
+    for (const Rub& rub : chain.rubs)
+        if (rub.valve && rub.outer == device)
+            sum += force_of(chain, rub, chain.devices[rub.inner].inserted > 0).x();
+    return sum;
+}
+
+std::vector<HubLoad> shaft_loads(const Chain& chain, std::span<const WallContact> contacts,
+                                 std::span<const HubLoad> hubs) {
+    std::vector<HubLoad> loads(hubs.begin(), hubs.end());
+    if (chain.rubs.empty() || loads.empty()) return loads;
+    assert(loads.size() == chain.devices.size());
+    for (int k = 0; k < static_cast<int>(loads.size()); ++k) loads[k].push -= valves_on_hub(chain, k);
+    if (std::ranges::all_of(chain.devices, [](const Device& device) { return device.held; })) return loads;
+    const std::vector<double> pressure = pressures(chain, contacts);
+    for (std::size_t r = 0; r < pressure.size(); ++r) {
+        const Rub& rub = chain.rubs[r];
+        if (rub.outer == in_room) continue;
+        const double come = force_of(chain, rub, pressure[r]).x() - rub.force.x();
+        if (!chain.devices[rub.outer].held) loads[rub.inner].push += come;
+        if (!chain.devices[rub.inner].held && !rub.valve) loads[rub.outer].push -= come;
+    }
+    return loads;
 }
 
 void follow_rubs(Chain& chain, std::span<const WallContact> contacts) {
@@ -190,98 +256,31 @@ void follow_rubs(Chain& chain, std::span<const WallContact> contacts) {
     const std::vector<double> pressure = pressures(chain, contacts);
     for (std::size_t r = 0; r < pressure.size(); ++r) {
         Rub& rub = chain.rubs[r];
-        const double force = force_of(chain, rub, pressure[r]), before = rub.energy();
-        const double slide = std::clamp(rub.slide + rub.moved, -slip_length, slip_length);
-        const double give = slide - rub.slide, slip = rub.slide + rub.moved - slide;
+        const Vec2 force = force_of(chain, rub, pressure[r]);
+        const double before = rub.energy();
+        const double elastic = elastic_part(rub.slide, rub.moved);
+        const Vec2 give = elastic * rub.moved, slip = rub.moved - give, gave = rub.slide + give;
         // What lets go has resisted by the static coefficient as far as it gave.
-        const double peak = rub.slips() && rub.rested >= rest_time
-                                ? pressure[r] * largest(chain, rub, true) * rub.share()
-                                : force;
-        const bool slid = give == 0 && rub.rested < rest_time;  // from the beginning
-        const double first = slid ? rub.force : force;          // when it began to slip
-        const double work = -0.5 * ((rub.force + peak) * give + (first + force) * slip);
-        if (rub.slips()) rub.rested = just_slipped;
-        rub.slide = slide;
-        rub.moved = 0;
+        const bool slips = rub.slips(), lets_go = slips && rub.rested >= rest_time;
+        const Vec2 most = -pressure[r] * gave / slip_length;
+        const Vec2 peak = most * largest(chain, rub, lets_go || rub.holds_fast());
+        const bool slid = elastic < 1e-9 && rub.rested < rest_time;  // from the beginning
+        const Vec2 first = slid ? rub.force : Vec2(most * largest(chain, rub, rub.holds_fast()));
+        const double work = -0.5 * ((rub.force + peak).dot(give) + (first + force).dot(slip));
+        const Vec2 way = rub.slide + rub.moved;
+        rub.slide = way * (slip_length / std::max(slip_length, way.norm()));
+        if (slips) rub.rested = just_slipped;
+        rub.moved.setZero();
         rub.force = force;
         // Of a device that is out nothing is left.
-        if (pressure[r] == 0 && chain.devices[rub.inner].inserted <= 0) rub.slide = rub.force = 0;
+        if (pressure[r] == 0 && chain.devices[rub.inner].inserted <= 0) {
+            rub.slide.setZero();
+            rub.force.setZero();
+        }
         chain.rub_loss += before + work - rub.energy();
     }
+    follow_carriers(chain);
     assert(std::isfinite(chain.rub_loss));
-}
-
-std::optional<Drag> drag(const Chain& chain, std::span<const WallContact> contacts,
-                         std::span<const HubLoad> loads, DragSearch& search) {
-    assert(search.tries >= 0 && contacts.size() == chain.joints.size());
-    constexpr double balanced = 1e-3, share = 0.01;  // [N], of the valve's force
-    constexpr double least = 1e-7;                   // [mm]
-    constexpr double stiffest = 1e3;                 // [N/mm]
-    if (chain.rubs.empty() || loads.size() != chain.devices.size()) return std::nullopt;
-    Drag found;
-    double worst = 0, load = 0;
-    for (int k = 0; k < static_cast<int>(loads.size()); ++k) {
-        const Device& device = chain.devices[k];
-        if (device.held || device.inserted <= 0 || !std::isfinite(loads[k].push)) continue;
-        const double over = std::abs(loads[k].push) - balanced - share * device.spec.valve_friction;
-        if (over <= worst) continue;
-        worst = over;
-        load = loads[k].push;
-        found.device = k;
-    }
-    if (worst == 0) return std::nullopt;
-    const std::vector<double> pressure = pressures(chain, contacts);
-    struct Own {
-        const Rub* rub;
-        double sign, pressure, now;  // now: force on the inner device [N]
-        bool holds_fast;
-    };
-    std::vector<Own> own;
-    double most = 0;
-    for (std::size_t r = 0; r < pressure.size(); ++r) {
-        const Rub& rub = chain.rubs[r];
-        if (rub.inner != found.device && rub.outer != found.device) continue;
-        own.push_back({&rub, rub.inner == found.device ? 1.0 : -1.0, pressure[r],
-                       force_of(chain, rub, pressure[r]), rub.rested >= rest_time});
-        most = std::max(most, std::abs(rub.moved));
-    }
-    most = std::min(most + 2 * slip_length, 0.5 * chain.grid.segment_length);
-    // The chain's own load changes, too: as it did at the last try.
-    double of_chain = load;
-    for (const Own& o : own) of_chain += o.sign * o.now;
-    double& stiffness = search.stiffness[found.device];
-    if (search.device == found.device && std::abs(search.feed) > least)
-        stiffness = std::clamp((of_chain - search.load) / search.feed, 0.0, stiffest);
-    const auto load_at = [&](double feed) {
-        double sum = load + stiffness * feed;
-        for (const Own& o : own)
-            sum -= o.sign *
-                   (o.pressure * largest(chain, *o.rub, o.holds_fast) * o.rub->share(o.sign * feed) - o.now);
-        return sum;
-    };
-    for (;;) {
-        // The load rises with the feed.
-        double low = -most, high = most;
-        for (int k = 0; k < 50; ++k) {
-            const double middle = 0.5 * (low + high);
-            (load_at(middle) > 0 ? high : low) = middle;
-        }
-        found.feed = 0.5 * (low + high);
-        bool let_go = false;
-        for (Own& o : own) {
-            const double slide = o.rub->slide + o.rub->moved + o.sign * found.feed;
-            if (!o.holds_fast || std::abs(slide) <= slip_length * (1 + 1e-9)) continue;
-            o.holds_fast = false;
-            let_go = true;
-        }
-        if (!let_go) break;
-    }
-    if (std::abs(found.feed) < least) return std::nullopt;
-    ++search.tries;
-    search.device = found.device;
-    search.feed = found.feed;
-    search.load = of_chain;
-    return found;
 }
 
 bool let_rest(Chain& chain, double seconds) {

@@ -1,16 +1,22 @@
 #pragma once
-/// Friction along the chain's axis, of devices in each other and in their valves, and what a rest does to
-/// all friction. The former moves no chain: each device is fed by its hub. It acts on the hubs, by the same
-/// force on the inner device and back on the outer one, and drags along what no hand holds.
+/// Friction of devices in each other and in their valves, along the chain's axis and about it, and what a
+/// rest does to all friction. The former moves no chain: each device is fed and turned by its hub. It acts on
+/// the hubs, by the same force and torque on the inner device and back on the outer one: see also drag().
+///
+/// The turn of two surfaces against each other is taken to be that of their hubs, so that the work of these
+/// torques is exact, and they wind up no shaft: left out is the twist by which friction in a lumen lets a
+/// tip lag behind its hub.
 
-#include <array>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "physics/wire/feed.h"
 
 namespace physics {
+
+/// The device on whose hub the valve of this one is: the next one around it that is inside, or in_room. What
+/// lies in another device enters it through the valve on that one's hub.
+int carrier_of_valve(const Chain&, int device);
 
 /// At one joint, of a device in the lumen of the one around it.
 struct LumenContact {
@@ -41,35 +47,14 @@ void follow_grips(Chain&);
 /// begun: all at ease, and holding by the static coefficients.
 void start_rubs(Chain&);
 
-/// Adds what friction between devices and in valves takes of each hub's hand: a valve's force and the
-/// friction in lumens by the slides as they are, those not yet followed among them.
+/// Adds what friction between devices and in valves takes of each hub's hand: a valve's force and torque and
+/// the friction in lumens by the slides as they are, those not yet followed among them.
 void add_rubs(const Chain&, std::span<const WallContact>, std::span<HubLoad>);
 
 /// At a rest: slides follow what has slipped, as anchors do, and the energy that it has cost is counted as
-/// Chain::rub_loss. Changes no force.
+/// Chain::rub_loss. Changes no force but where a device came in or went out, and another carries a valve now:
+/// this begins at ease.
 void follow_rubs(Chain&, std::span<const WallContact>);
-
-/// How far a device that no hand holds goes, at a rest with these loads, for its hub to bear no load.
-struct Drag {
-    int device = 0;
-    double feed = 0;  // [mm]
-};
-/// The search for it, from rest to rest.
-struct DragSearch {
-    int tries = 0;  // since the last part of a hand's motion
-    int device = -1;
-    double feed = 0, load = 0;  // of the last try, and the chain's load before it [mm], [N]
-    std::array<double, most_devices> stiffness = {};  // the chain's answers, of each device [N/mm]
-
-    /// Begins anew, with what is known of the chain.
-    void restart() { tries = 0, device = -1; }
-    bool operator==(const DragSearch&) const = default;
-    void state(StateStream& s) { s(tries, device, feed, load, stiffness); }
-};
-/// The next one to be moved: friction of what has been moved is more than its valve holds, or they balance
-/// within what gives elastically. To be made and asked for again, before follow_rubs(). Empty where the
-/// forces on every such device are in balance.
-std::optional<Drag> drag(const Chain&, std::span<const WallContact>, std::span<const HubLoad>, DragSearch&);
 
 /// What has not slipped since the last call has lain still by so long [s]; after rest_time it holds by the
 /// static coefficient, with the force that it has. True where grips of the wall now do: the chain is still at

@@ -125,14 +125,14 @@ TEST(StictionScenario, StaticValuesGoWithTheirKineticOnes) {
               0);
 }
 
-/// The wire goes along with a catheter, where no hand holds it and its valve holds less than the friction.
+/// The wire goes along with a catheter where no hand holds it, for its valve is on the catheter's hub.
 TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
     struct Case {
         const char *pinned, *valve;
         bool dragged;
     };
     for (const Case& c :
-         {Case{"true", "0.002", false}, Case{"false", "0.002", true}, Case{"false", "5", false}}) {
+         {Case{"true", "0.002", false}, Case{"false", "0.002", true}, Case{"false", "5", true}}) {
         scenario::Scenario s = test::small_scenario(rubbing_toml(
             std::string("friction = 0\nvalve_friction_N = ") + c.valve + "\npinned = " + c.pinned,
             "friction = 0\ninner_friction = 0.5\nvalve_friction_N = 0.1\n"));
@@ -145,7 +145,8 @@ TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
         EXPECT_NEAR(simulation.inserted(Held::Catheter), catheter + 15, 1e-9);
         if (c.dragged) {
             EXPECT_GT(gone, 10);
-            EXPECT_LT(std::abs(simulation.hand(Held::Wire).load.push), 5e-3) << "nobody holds it";
+            EXPECT_LT(std::abs(simulation.hand(Held::Wire).load.push), 5e-3 + 0.01 * std::stod(c.valve))
+                << "nobody holds it";
         } else {
             EXPECT_LT(std::abs(gone), 2 * physics::slip_length);
         }
