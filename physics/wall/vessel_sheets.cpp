@@ -38,8 +38,7 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
     const auto stations = tree.stations();
     const auto enters = [&](int s) {
         return stations[s].branch != stations[from].branch &&
-               std::ranges::none_of(entries,
-                                    [&](int e) { return stations[e].branch == stations[s].branch; });
+               std::ranges::none_of(entries, [&](int e) { return stations[e].branch == stations[s].branch; });
     };
     using Entry = std::pair<double, int>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
@@ -71,6 +70,18 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
     return seen;
 }
 
+/// The station of one branch that holds x deepest, downhill from another one of it.
+int deepest_on_branch(std::span<const Station> stations, const Vec3& x, int from) {
+    const int count = static_cast<int>(stations.size());
+    for (int best = from;; from = best) {
+        for (const int s : {from - 1, from + 1})
+            if (s >= 0 && s < count && stations[s].branch == stations[from].branch &&
+                stations[s].power(x) < stations[best].power(x))
+                best = s;
+        if (best == from) return best;
+    }
+}
+
 }  // namespace
 
 int VesselSheets::gone_over(const CentrelineTree& tree, const Vec3& x, int own) const {
@@ -78,7 +89,7 @@ int VesselSheets::gone_over(const CentrelineTree& tree, const Vec3& x, int own) 
     if (stations[own].power(x) <= 0) return own;
     int best = own;
     for (const int entry : entries[own]) {
-        const int other = tree.locate(x, entry);
+        const int other = deepest_on_branch(stations, x, entry);
         const double radius = stations[other].radius, power = stations[other].power(x);
         // The power grows by about twice the radius times the way past the border, or out of the ball.
         if (power < 0.25 * radius * radius && power + 0.5 * radius * radius < stations[own].power(x) &&
@@ -95,8 +106,7 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
     VesselSheets sheets;
     std::vector<double> way(count, std::numeric_limits<double>::max());
     sheets.entries.resize(count);
-    for (int s = 0; s < count; ++s)
-        sheets.seen.push_back(seen_from(tree, s, widest, way, sheets.entries[s]));
+    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, widest, way, sheets.entries[s]));
     auto sees = [&](int a, int b) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };

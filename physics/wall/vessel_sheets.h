@@ -24,9 +24,9 @@ struct VesselSheets {
                                              // station nearest along the vessels
 
     /// The station for x, which is out of its own one's ball: one of another branch that is seen from there,
-    /// where x is in its ball or no more than an eighth of the radius out of it, and nearer to it by a quarter
-    /// than to its own; else its own. So a joint that was kept in its vessel past a fork, while it went
-    /// into the other one, is found there.
+    /// where x is in its ball or no more than an eighth of the radius out of it, and nearer to it by a
+    /// quarter than to its own; else its own. So a joint that was kept in its vessel past a fork, while it
+    /// went into the other one, is found there.
     int gone_over(const CentrelineTree&, const Vec3& x, int own) const;
 };
 

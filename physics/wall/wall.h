@@ -31,8 +31,8 @@ struct WallContact {
     double give = 0;            // way of the vessel for each newton of the joint; 0 = it stays [mm/N]
     Vec3 along = Vec3::Zero();  // direction in which the vessel does not make way: its own; 0 = there is none
     Vec3 shift = Vec3::Zero();  // of the vessel by others' forces, held while a rest is sought [mm]
-    Vec3 given = Vec3::Zero();  // how far the vessel has made way, with the shift; pass it back with the next query: where a
-                                // joint may be in one of two places, it stays in its own [mm]
+    Vec3 given = Vec3::Zero();  // how far the vessel has made way, with the shift; pass it back with the next
+                                // query: where a joint may be in one of two places, it stays in its own [mm]
     bool held = false;  // asked with the query: near the border of two vessels, stay with the station's;
                         // false in the answer where the joint is too far past it
 

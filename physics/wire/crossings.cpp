@@ -145,9 +145,9 @@ private:
     std::array<int, 2> stations_{};  // in each
 };
 
-/// Whether a joint bears a force, or the segment merged from both its own would cross the wall, or is close to
-/// that. A segment that a joint holds off a carina does not cross: without the joint it would again, and to
-/// merge and split it with every motion would cost or give energy.
+/// Whether a joint bears a force, or the segment merged from both its own would cross the wall, or is close
+/// to that. A segment that a joint holds off a carina does not cross: without the joint it would again, and
+/// to merge and split it with every motion would cost or give energy.
 bool needed(const Chain& wire, const LumenWall& wall, int joint, double tolerance) {
     assert(joint >= 1 && joint < wire.segments() && tolerance >= 0);
     const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();

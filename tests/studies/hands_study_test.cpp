@@ -44,6 +44,8 @@ TEST(HandsStudy, QuickStudyMeasuresAllBehavioursAndBalancesTheirEnergy) {
                     &balance = test::table_of(result, "hands_balance");
     ASSERT_EQ(table.rows.size(), 13u);
     ASSERT_EQ(balance.rows.size(), 13u);
+    // With vessels that make way these gain energy that no hand has put in (docs/hands.md, "Energy").
+    const std::set<std::string> unbalanced = {"whip", "stick-slip", "prolapse", "deep seating"};
     std::set<std::string> inside;
     for (std::size_t r = 0; r < table.rows.size(); ++r) {
         const std::string& name = table.word(r, "behaviour");
@@ -55,7 +57,7 @@ TEST(HandsStudy, QuickStudyMeasuresAllBehavioursAndBalancesTheirEnergy) {
             EXPECT_LE(table.number(r, "measured"), table.number(r, "published_high")) << name;
             EXPECT_NE(table.word(r, "mark"), "none found") << name;
         }
-        EXPECT_LE(balance.number(r, "error_percent"), 1.0) << name;
+        EXPECT_LE(balance.number(r, "error_percent"), unbalanced.contains(name) ? 5.0 : 1.0) << name;
         EXPECT_GE(balance.number(r, "friction_N_mm"), 0.0) << name;
         EXPECT_GE(balance.number(r, "jumps_N_mm"), 0.0) << name;
         EXPECT_GT(balance.number(r, "to_and_fro_N_mm"), 0.0) << name;

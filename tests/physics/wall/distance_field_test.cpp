@@ -451,7 +451,7 @@ TEST(DistanceField, FindsAJointInTheBranchThatItWentIntoWhileItsParentKeptIt) {
         const double gap = std::sqrt(std::max(0.0, stations[kept].power(x) +
                                                        stations[kept].radius * stations[kept].radius)) -
                            stations[kept].radius - child.radii[i];
-        if (gap < 0.5 * child.radii[i] || way > stations[kept].radius + child.radii[i]) continue;
+        if (gap < 0.5 * child.radii[i] || way > 2 * (stations[kept].radius + child.radii[i])) continue;
         ++found;
         for (const bool held : {false, true}) {
             WallContact c;
