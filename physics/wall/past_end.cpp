@@ -191,7 +191,9 @@ PastEnd::PastEnd(const Vec3& x, std::span<const ContinuedEnd> ends, std::span<co
 
 /// Chain rule of x ↦ seen_at(x), and of the depth ending smoothly where it is not known.
 void PastEnd::flatten(double known, WallContact& c) const {
-    assert(known > 0);
+    // A joint may be asked about thicker than its device, by what a segment keeps clear of the wall.
+    constexpr double least_known = 0.05;  // [mm]
+    known = std::max(known, least_known);
     const Vec3& out = end_->end.outward_normal;
     const Way depth(c.penetration + known, known);
     c.penetration = depth.value - 0.5 * known;
