@@ -402,13 +402,15 @@ void Simulation::move_hub(StepReport& report) {
     report.settling = hub_->working();
 }
 
-/// Makes segments whole again that were split at a crossing, where they no longer cross the wall.
+/// Makes segments whole again that were split at a crossing, where they are clear of the wall again, and
+/// splits those that come near an edge of it.
 void Simulation::prepare_motion(StepReport& report) {
     int changed = physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
     if (scenario_.adaptive) {
         const physics::RefinementReport made = physics::refine(moving_, *wall_, scenario_.refinement);
         changed += made.split + made.merged;
     }
+    if (wall_->smooth()) changed += physics::split_before_edges(moving_, *wall_);
     rounds_of_mending_ = 0;
     if (changed > 0) account(hub_->settle(moving_, updates_left(report)), report);
 }

@@ -82,38 +82,39 @@ HandSample HandCourse::read() const {
     sample.vessel_moved = s.farthest_vessel_move();
     for (const physics::WallContact& c : s.contacts())
         sample.contact_force = std::max(sample.contact_force, c.force());
-    if (!samples_.empty()) sample.jumps = last().jumps;
+    if (!samples_.empty()) sample.jumps = last().jumps, sample.work = last().work;
     sample.chapter = chapter_;
     return sample;
 }
 
 double HandCourse::unexplained(const HandSample& before, const HandSample& after) const {
-    return work_between(before, after) - (after.stored - before.stored) - (after.friction - before.friction);
+    return after.work - before.work - (after.stored - before.stored) - (after.friction - before.friction);
 }
 
-HandSample HandCourse::moved(const script::Command& command) {
+HandSample HandCourse::moved(const HandSample& from, const script::Command& command) {
     simulation_->apply(command);
+    HandSample sample = from;
     bool buckled = false, refused = false;
     for (int frame = 0; frame < most_frames; ++frame) {
         const exercise::StepReport report = simulation_->step();
         buckled |= report.buckled, refused |= report.refused && !report.buckled;
+        HandSample next = read();
+        next.work = sample.work + work_between(sample, next);
+        sample = std::move(next);
         if (!report.settling && report.waiting_insertion == 0 && report.waiting_rotation == 0) break;
     }
-    HandSample sample = read();
-    sample.buckled = buckled, sample.refused = refused;
+    sample.buckled = buckled, sample.refused = refused, sample.jumped = false;
     return sample;
 }
 
 void HandCourse::take(HandSample sample) {
-    const double work = work_between(last(), sample);
     // Frames are kept within a turn.
     for (std::size_t k = 0; k < sample.devices.size(); ++k) {
         double& roll = sample.devices[k].tip_roll;
         roll +=
             2 * std::numbers::pi * std::round((last().devices[k].tip_roll - roll) / (2 * std::numbers::pi));
     }
-    sample.work = last().work + work;
-    exchanged_ += std::abs(work);
+    exchanged_ += std::abs(sample.work - last().work);
     ++steps_;
     jumping_steps_ += sample.jumped;
     samples_.push_back(std::move(sample));
@@ -127,7 +128,7 @@ bool HandCourse::go_in_parts(const exercise::Simulation& before, const script::C
     std::vector<HandSample> parts = {last()};
     double left = 0;
     for (int k = 0; k < parts_of_a_step; ++k) {
-        HandSample one = moved(part);
+        HandSample one = moved(parts.back(), part);
         one.jumps = parts.back().jumps;
         const double lost = unexplained(parts.back(), one);
         one.jumped = lost > whole_jump * missing && lost > least_energy;
@@ -147,8 +148,8 @@ bool HandCourse::go(const std::function<script::Command(double)>& command, doubl
     const int steps = std::max(1, static_cast<int>(std::lround(std::abs(amount) / step)));
     for (int k = 0; k < steps; ++k) {
         const exercise::Simulation before(*simulation_);
-        const HandSample after = moved(command(amount / steps));
-        const double missing = unexplained(last(), after), work = std::abs(work_between(last(), after));
+        const HandSample after = moved(last(), command(amount / steps));
+        const double missing = unexplained(last(), after), work = std::abs(after.work - last().work);
         if (std::abs(missing) <= explained * work + least_energy ||
             !go_in_parts(before, command(amount / steps / parts_of_a_step), missing))
             take(after);
@@ -176,7 +177,9 @@ bool HandCourse::turn(double rad, script::Held held, const std::function<bool()>
 void HandCourse::hold(int frames) {
     for (int k = 0; k < frames; ++k) {
         simulation_->step();
-        take(read());
+        HandSample sample = read();
+        sample.work += work_between(last(), sample);
+        take(std::move(sample));
     }
 }
 

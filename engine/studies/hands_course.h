@@ -55,7 +55,7 @@ struct HandBalance {
 };
 
 /// The course of one hand. Work is that of the loads at the hubs, by the mean of those before and after a
-/// step. Where this leaves more than a hundredth of a step's work unexplained, the step is made again in
+/// frame. Where this leaves more than a hundredth of a step's work unexplained, the step is made again in
 /// eighths, where these leave less. The error of the mean falls with the square of the step, so that a loss
 /// that stays, and in one eighth, is a jump: the chain has left a rest that is no more, and the energy
 /// between that and the next is lost (quasi-static: it would swing, and damping would take it). All else that
@@ -94,7 +94,7 @@ private:
     bool go(const std::function<script::Command(double)>&, double amount, double step,
             const std::function<bool()>& until);
     bool go_in_parts(const exercise::Simulation& before, const script::Command& part, double missing);
-    HandSample moved(const script::Command&);
+    HandSample moved(const HandSample& from, const script::Command&);
     HandSample read() const;
     void take(HandSample);
     double unexplained(const HandSample& before, const HandSample& after) const;

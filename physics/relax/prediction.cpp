@@ -235,10 +235,11 @@ HubMotion Predictor::take(const Part& part) {
     at_.model.take(wire_);
     rebuild_joints(wire_);
     const int segments = wire_.segments(), leading = wire_.leading;
-    regrid(wire_);
+    const int changes_from = first_growing(wire_);
+    regrid(wire_, part.plan);
     // Where segments are split or merged, or another device leads, joints from there on are others.
     const bool same = wire_.segments() == segments && wire_.leading == leading;
-    at_.foreseen = same ? segments : std::max(0, part.plan.grows - 2);
+    at_.foreseen = same ? segments : std::max(0, changes_from - 2);
     assert(at_.foreseen <= wire_.segments());
     return {part.plan.mm, part.share * asked_.turn, asked_.device};
 }

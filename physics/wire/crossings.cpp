@@ -8,13 +8,14 @@
 namespace physics {
 namespace {
 
-constexpr double steepest = 1.1;       // of penetration at most, smoothed creases included
-constexpr double shortest = 0.01;      // stretch of a segment that is still halved [mm]
-constexpr double precision = 0.02;     // of the depth that is found [mm]
-constexpr double clear_of = 0.2;       // the wall is a segment that is made whole [mm]
-constexpr double whole_share = 0.5;    // of the tolerance that a segment made whole may use
-constexpr double least_part = 0.25;    // of a segment that a split leaves on either side
-constexpr double least_piece = 0.125;  // of λ
+constexpr double steepest = 1.1;     // of penetration at most, smoothed creases included
+constexpr double shortest = 0.01;    // stretch of a segment that is still halved [mm]
+constexpr double precision = 0.02;   // of the depth that is found [mm]
+constexpr double near_to = 0.25;     // λ: a wall so near that a segment would cross it, which is split
+constexpr double clear_of = 0.4;     // λ: of the wall is a segment that is made whole
+constexpr double whole_share = 0.5;  // of the tolerance that a segment made whole may use
+constexpr double least_part = 0.25;  // of a segment that a split leaves on either side
+constexpr int rounds_of_splits = 4;  // which leave pieces of λ/16 at most
 
 /// A place of a segment where the wall was asked.
 struct Probe {
@@ -145,24 +146,31 @@ private:
     std::array<int, 2> stations_{};  // in each
 };
 
-/// Whether a joint bears a force, or the segment merged from both its own would cross the wall, or is close
-/// to that. A segment that a joint holds off a carina does not cross: without the joint it would again, and
-/// to merge and split it with every motion would cost or give energy.
+/// The wall of the vessel where it lies now, as the joint would find it at this place if the wall were
+/// `nearer`.
+WallContact wall_at(const Chain& wire, const LumenWall& wall, int joint, const Vec3& place, double nearer) {
+    assert(joint >= 0 && joint <= wire.segments() && nearer >= 0);
+    WallContact c;
+    c.station = wire.stations[joint];
+    c.thickness = wire.thickness[joint] + nearer;
+    const Vec3 given = wire.grips.empty() ? Vec3(Vec3::Zero()) : wire.grips[joint].given, x = place - given;
+    wall.contacts({&x, 1}, {&c, 1});
+    c.given = given;
+    return c;
+}
+
+/// Whether a joint is near the wall, or the segment merged from both its own would cross it or come close. A
+/// segment that a joint holds off a carina does not cross: without the joint it would again, and to merge and
+/// split it with every motion would cost or give energy.
 bool needed(const Chain& wire, const LumenWall& wall, int joint, double tolerance) {
     assert(joint >= 1 && joint < wire.segments() && tolerance >= 0);
-    const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
-    const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,
-                           wire.joints[joint]};
-    WallContact contacts[3];
-    for (int k = 0; k < 3; ++k) {
-        contacts[k].station = wire.stations[joint - 1];
-        const int at = joint - 1 + (k == 2 ? 1 : 2 * k);
-        contacts[k].thickness = wire.thickness[at] + clear_of;
-        wire.ask_vessel(at, contacts[k]);
-    }
-    wall.contacts(places, contacts);
-    return contacts[2].touches() ||
-           crossing_between(wall, places[0], places[1], contacts[0], contacts[1], tolerance);
+    const double clear = clear_of * wire.grid.segment_length;
+    if (wall_at(wire, wall, joint, wire.joints[joint], clear).touches()) return true;
+    const Vec3 from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
+    const Vec3 to = from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way;
+    return crossing_between(wall, from, to, wall_at(wire, wall, joint - 1, from, clear),
+                            wall_at(wire, wall, joint + 1, to, clear), tolerance)
+        .has_value();
 }
 
 }  // namespace
@@ -212,6 +220,20 @@ int split_crossings(Chain& wire, std::span<const Crossing> found) {
         if (std::min(share, 1 - share) * wire.lengths[i] < least_piece * lambda) continue;
         split_segment(wire, i, share);
         ++count;
+    }
+    return count;
+}
+
+int split_before_edges(Chain& wire, const LumenWall& wall, double tolerance) {
+    assert(tolerance >= 0);
+    int count = 0;
+    for (int round = 0; round < rounds_of_splits; ++round) {
+        std::vector<WallContact> contacts;
+        for (int j = 0; j <= wire.segments(); ++j)
+            contacts.push_back(wall_at(wire, wall, j, wire.joints[j], near_to * wire.grid.segment_length));
+        const int split = split_crossings(wire, crossings(wire, contacts, wall, tolerance));
+        if (split == 0) break;
+        count += split;
     }
     return count;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/wire/bending.h"
+#include "physics/wire/crossings.h"
 #include "physics/wire/friction.h"
 #include "physics/wire/rub_forces.h"
 
@@ -145,7 +146,42 @@ void insert_segment(Chain& chain, int count) {
     assert(validate(chain).empty());
 }
 
+double length_between(const Chain& chain, int first, int last) {
+    assert(first >= 1 && first <= last && last <= chain.segments());
+    double sum = 0;
+    for (int i = first; i <= last; ++i) sum += chain.lengths[i];
+    return sum;
+}
+
+/// Makes a segment of its pieces, the last of which is this one; returns its index.
+int make_whole(Chain& chain, int i) {
+    while (i > 1 && chain.within_a_segment(i - 1)) merge_segments(chain, --i);
+    return i;
+}
+
+/// A joint λ from the start of the growing segment, whose first piece is this one; no piece is left that is
+/// shorter than the least.
+void split_cell(Chain& chain, int first) {
+    const double lambda = chain.grid.segment_length, least = least_piece * lambda;
+    double before = 0;
+    int i = first;
+    for (; before + chain.lengths[i] < lambda - least; ++i) before += chain.lengths[i];
+    assert(i <= chain.growing() && before < lambda);
+    const auto past = [&] { return std::abs(before + chain.lengths[i] - lambda); };
+    while (past() < least && i < chain.growing()) {
+        if (past() < rounded * lambda) return;
+        merge_segments(chain, i);
+    }
+    split_segment(chain, i, (lambda - before) / chain.lengths[i]);
+}
+
 }  // namespace
+
+int first_growing(const Chain& chain) {
+    int i = chain.growing();
+    while (i > 1 && chain.within_a_segment(i - 1)) --i;
+    return i;
+}
 
 FeedPlan plan_feed(const Chain& chain, int which, double mm) {
     assert(which >= every_device && which < static_cast<int>(chain.devices.size()) && std::isfinite(mm));
@@ -170,15 +206,18 @@ FeedPlan plan_feed(const Chain& chain, int which, double mm) {
     assert(std::abs(plan.mm) <= lambda && plan.mm * mm >= 0);  // less of it, never the other way
     assert(std::abs(change) <= std::abs(plan.mm) + 1e-6);
     const int grows = plan.grows = chain.growing(), before = grows - 1;
-    const double left = chain.lengths[grows] + change;
-    if (change < 0 && before >= 1 && left < (0.5 - rounded) * lambda) {
+    const bool in_pieces = first_growing(chain) < grows;
+    const double cell = length_between(chain, first_growing(chain), grows);
+    const auto whole = [&](int joint) { return joint < 1 || !chain.within_a_segment(joint); };
+    plan.whole = whole(grows);
+    if (change < 0 && before >= 1 && cell + change < (0.5 - rounded) * lambda) {
         const double both = chain.lengths[before] + chain.lengths[grows];
         plan.change_before = change * chain.lengths[before] / both;
+        plan.whole = plan.whole && !in_pieces && whole(before - 1) && chain.lengths[before] <= 1.5 * lambda;
     }
     plan.change = change - plan.change_before;
-    const auto whole = [&](int joint) { return joint < 1 || !chain.within_a_segment(joint); };
-    plan.whole = chain.lengths[grows] + plan.change > 1e-6 * chain.lengths[grows] && whole(before) &&
-                 whole(before - 1) && whole(grows) && (before < 1 || chain.lengths[before] <= 1.5 * lambda);
+    const double left = chain.lengths[grows] + plan.change;
+    plan.whole = plan.whole && left > (in_pieces ? least_piece * lambda : 1e-6 * chain.lengths[grows]);
     return plan;
 }
 
@@ -237,22 +276,24 @@ int tip_inside(const Chain& chain) {
 
 }  // namespace
 
-void regrid(Chain& chain) {
+void regrid(Chain& chain, const FeedPlan& made) {
     const double lambda = chain.grid.segment_length;
-    int grows = chain.growing();
-    if (chain.segments() > 2 && chain.lengths[grows] < (0.5 - rounded) * lambda) {
+    int grows = chain.growing(), first = first_growing(chain);
+    // On the way out two segments have become shorter: they become one, or a whole one and a rest.
+    if (made.change_before != 0 || length_between(chain, first, grows) < (0.5 - rounded) * lambda)
+        grows = make_whole(chain, grows);
+    if (chain.segments() > 2 && length_between(chain, first_growing(chain), grows) < (0.5 - rounded) * lambda)
         merge_segments(chain, std::max(1, grows - 1));
-        grows = std::max(1, grows - 1);
-    } else if (grows > 1 && chain.within_a_segment(grows - 1)) {
-        // On the way out two segments have become shorter: they become one, or a whole one and a rest.
-        merge_segments(chain, --grows);
-    }
-    while (chain.lengths[grows] >= (1.5 - rounded) * lambda) {
+    for (;;) {
+        grows = chain.growing(), first = first_growing(chain);
+        if (length_between(chain, first, grows) < (1.5 - rounded) * lambda) break;
         // The whole segment joins the shape, as long as that is not all inside.
-        const bool shape = chain.growing() == 1 && tip_inside(chain) < chain.tip_segments;
-        const double share = lambda / chain.lengths[grows];
-        split_segment(chain, grows, shape ? 1 - share : share);
-        grows += !shape;
+        if (first == 1 && tip_inside(chain) < chain.tip_segments) {
+            grows = make_whole(chain, grows);
+            split_segment(chain, grows, 1 - lambda / chain.lengths[grows]);
+        } else {
+            split_cell(chain, first);
+        }
     }
     follow_leader(chain);
     assert(validate(chain).empty());
@@ -261,19 +302,19 @@ void regrid(Chain& chain) {
 double feed(Chain& chain, int device, double mm) {
     assert(device >= every_device && device < static_cast<int>(chain.devices.size()) && std::isfinite(mm));
     const double lambda = chain.grid.segment_length;
-    const auto make_whole = [&](int i) {  // of its pieces
-        while (i > 1 && chain.within_a_segment(i - 1)) merge_segments(chain, --i);
-        return i;
-    };
     double fed = 0;
     for (;;) {
         while (chain.growing() < chain.segments() && chain.within_a_segment(chain.growing()))
             merge_segments(chain, chain.growing());
-        if (const int grows = make_whole(chain.growing()); grows > 1)
-            for (int before = make_whole(grows - 1); chain.lengths[before] > 1.5 * lambda; ++before)
-                split_segment(chain, before);
         const double part = std::clamp(mm - fed, -lambda, lambda);
         FeedPlan plan = plan_feed(chain, device, part);
+        if (!plan.whole) {
+            if (const int grows = make_whole(chain, chain.growing()); grows > 1)
+                for (int before = make_whole(chain, grows - 1); chain.lengths[before] > 1.5 * lambda;
+                     ++before)
+                    split_segment(chain, before);
+            plan = plan_feed(chain, device, part);
+        }
         // What is shorter than what goes out becomes one with more of the chain.
         while (chain.segments() > 2 && !(chain.lengths[plan.grows] + plan.change > rounded * lambda)) {
             merge_segments(chain, std::max(1, plan.grows - 1));
@@ -281,7 +322,7 @@ double feed(Chain& chain, int device, double mm) {
         }
         if (plan.mm == 0) return fed;
         stretch(chain, plan);
-        regrid(chain);
+        regrid(chain, plan);
         fed += plan.mm;
         assert(std::abs(fed) <= std::abs(mm) + 1e-9);
         if (plan.mm != part || std::abs(mm - fed) < 1e-12 * lambda) return fed;

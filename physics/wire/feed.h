@@ -18,8 +18,12 @@ struct FeedPlan {
     int grows = 0;             // segment
     double change = 0;         // of its length [mm]
     double change_before = 0;  // of the length of the segment before, on the way out [mm]
-    bool whole = true;         // the segments that change are no pieces, and not longer than 3λ/2
+    bool whole = true;  // what changes can change so: no piece of it goes, and a segment before is whole
 };
+/// First piece of the segment that grows, which may lie in pieces as any other: only the last one grows, and
+/// the others keep their places, so that a joint that a carina holds stays with it.
+int first_growing(const Chain&);
+
 /// Less is moved where a device is out, or less than least_length() of chain would stay inside.
 FeedPlan plan_feed(const Chain&, int device, double mm);
 /// Moves the devices by the plan, which must be made for this chain and leave its segments a length, as one
@@ -29,12 +33,12 @@ FeedPlan plan_feed(const Chain&, int device, double mm);
 /// and normal stay. Material that was inside another device holds on where it is; what the stretch so loses
 /// is added to the friction loss.
 void stretch(Chain&, const FeedPlan&);
-/// Splits or merges segments where the chain grows, so that they are λ long, and the growing one λ/2 to 3λ/2;
-/// follows another leading device.
-void regrid(Chain&);
+/// Splits or merges segments where the chain has grown by this plan, so that they are λ long, and the growing
+/// one λ/2 to 3λ/2; follows another leading device. Pieces of it stay.
+void regrid(Chain&, const FeedPlan&);
 
-/// Moves a device along the chain, or every one: in where mm > 0. Pieces of segments where the chain
-/// grows are made whole. Returns the length moved [mm]; less at the limits of plan_feed().
+/// Moves a device along the chain, or every one: in where mm > 0. Pieces of segments that
+/// go out are made whole. Returns the length moved [mm]; less at the limits of plan_feed().
 double feed(Chain&, int device, double mm);
 
 /// A hand holds the device at another distance from the introducer [mm], with the torque that it has.

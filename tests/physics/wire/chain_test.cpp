@@ -6,6 +6,7 @@
 
 #include "engine/studies/plain_wire.h"
 #include "physics/wire/bending.h"
+#include "physics/wire/crossings.h"
 #include "physics/wire/feed.h"
 #include "tests/physics/wires.h"
 
@@ -290,4 +291,52 @@ TEST(Feed, SegmentsOfAShapeOnItsWayInDependOnTheLengthAlone) {
             }
         }
     }
+}
+
+TEST(Feed, PiecesOfTheGrowingSegmentStayWhereTheyAreUntilTheyGoOut) {
+    constexpr double lambda = 2;
+    std::mt19937 random(11);
+    const auto unit = [&] { return random() / 4294967296.0; };
+    const auto places = [](const Chain& chain) {
+        std::vector<double> list(1, 0.0);
+        for (int i = 1; i <= chain.segments(); ++i) list.push_back(list.back() + chain.lengths[i]);
+        return list;
+    };
+    int kept = 0;
+    for (int round = 0; round < 1000; ++round) {
+        studies::PlainWire spec = studies::PlainWire::uniform(50, lambda);
+        spec.curved_length = round % 2 == 0 ? 0 : 6;
+        spec.curved_angle = round % 2 == 0 ? 0 : 0.5;
+        Chain chain = straight_wire(spec, Vec3::Zero(), Vec3::UnitX(), 30);
+        feed(chain, every_device, lambda * (unit() - 0.5));
+        // A joint into the segment that grows, no nearer to its ends than a quarter of it.
+        split_segment(chain, chain.growing(), 0.25 + 0.5 * unit());
+        ASSERT_LT(first_growing(chain), chain.growing());
+        const double place = places(chain)[static_cast<std::size_t>(first_growing(chain))];
+        double length = chain.inserted_length();
+        for (int k = 0; k < 6; ++k) {
+            const double least = place + least_piece * lambda + 1e-6;
+            double tip = 0;
+            for (int i = chain.growing() + 1; i <= chain.segments(); ++i) tip += chain.lengths[i];
+            const double by = std::max(lambda * (unit() - 0.4), least + tip - length);
+            length += feed(chain, every_device, by);
+            ASSERT_TRUE(validate(chain).empty()) << round;
+            ASSERT_NEAR(chain.inserted_length(), length, 1e-9);
+            double nearest = lambda, shortest = lambda;
+            for (const double s : places(chain)) nearest = std::min(nearest, std::abs(s - place));
+            for (int i = 1; i <= chain.segments(); ++i) {
+                shortest = std::min(shortest, chain.lengths[i]);
+                ASSERT_LT(chain.lengths[i], 1.5 * lambda) << round;
+            }
+            ASSERT_GE(shortest, least_piece * lambda * (1 - 1e-6)) << round << ' ' << k;
+            // A joint that the next whole one comes near goes.
+            const double whole = std::abs(place / lambda - std::round(place / lambda));
+            if (whole > least_piece + 1e-9) EXPECT_LT(nearest, 1e-9) << round << ' ' << k;
+            kept += nearest < 1e-9;
+        }
+        feed(chain, every_device, -12 * lambda);
+        for (int k = 0; k < 30; ++k) feed(chain, every_device, lambda);
+        EXPECT_EQ(first_growing(chain), chain.growing());  // all that went out came back whole
+    }
+    EXPECT_GT(kept, 4000);
 }

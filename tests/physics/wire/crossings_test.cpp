@@ -195,3 +195,29 @@ TEST(Crossings, SegmentsAreMadeWholeOnceTheyNoLongerCross) {
     for (int i = 1; i <= wire.segments(); ++i)
         EXPECT_LT((wire.tangents[i] - before.tangents[i]).norm(), 1e-12) << i;
 }
+
+TEST(Crossings, SegmentsAreShortBeforeTheyTouchAnEdgeAndStayShortUntilTheyAreClear) {
+    // A straight wire that goes by the edge of a ridge, nearer and nearer, then away.
+    const Ridge ridge(0.3);
+    const double lambda = 2;
+    const auto at = [&](double gap) {
+        return straight_wire(plain_spec(lambda), {-gap, -13, 0}, {0, 1, 0}, 13);
+    };
+    Chain far = at(0.26 * lambda);
+    EXPECT_EQ(split_before_edges(far, ridge), 0);
+    Chain near = at(0.2 * lambda);
+    ASSERT_GT(split_before_edges(near, ridge), 0);
+    EXPECT_EQ(split_before_edges(near, ridge), 0);  // once is enough
+    ASSERT_TRUE(validate(near).empty());
+    double beside = 0;  // of the segment that goes over the edge
+    for (int i = 1; i <= near.segments(); ++i)
+        if (near.joints[i - 1].y() <= 0 && near.joints[i].y() > 0) beside = near.lengths[i];
+    EXPECT_LE(beside, lambda / 4);
+    EXPECT_EQ(merge_pieces(near, ridge), 0);
+    Chain away = near;
+    for (Vec3& x : away.joints) x.x() -= 0.15 * lambda;  // 0.35 λ off: farther than what is split
+    EXPECT_EQ(merge_pieces(away, ridge), 0);
+    for (Vec3& x : away.joints) x.x() -= 0.1 * lambda;
+    EXPECT_GT(merge_pieces(away, ridge), 0);
+    EXPECT_EQ(away.lengths, far.lengths);
+}
