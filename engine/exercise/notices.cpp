@@ -85,13 +85,15 @@ void Notices::observe(const Frame& frame) {
         else
             ++more_injuries_;
     }
-    for (const std::string& torsion : report.torsions) {
+    const auto tell = [&](const std::string& change) {
         constexpr std::size_t most = 6;
-        if (torsions_.size() < most)
-            torsions_.push_back(fmt::format("frame {}: from now on {}", frame.time.index, torsion));
+        if (changes_.size() < most)
+            changes_.push_back(fmt::format("frame {}: from now on {}", frame.time.index, change));
         else
-            ++more_torsions_;
-    }
+            ++more_changes_;
+    };
+    for (const std::string& torsion : report.torsions) tell(torsion);
+    if (!report.vessels.empty()) tell(report.vessels);
     gasps_ += report.breath == scenario::Breathing::Event::Gasped;
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
@@ -149,9 +151,9 @@ std::vector<std::string> Notices::text() const {
     for (const std::string& text : denied_) result.push_back(text);
     for (const std::string& text : mask_shifts_) result.push_back(text);
     if (more_mask_shifts_ > 0) result.push_back(fmt::format("... and {} more shifts", more_mask_shifts_));
-    for (const std::string& text : torsions_) result.push_back(text);
-    if (more_torsions_ > 0)
-        result.push_back(fmt::format("... and {} more changes of a shaft", more_torsions_));
+    for (const std::string& text : changes_) result.push_back(text);
+    if (more_changes_ > 0)
+        result.push_back(fmt::format("... and {} more changes of shafts and vessels", more_changes_));
     if (gasps_ > 0)
         result.push_back(
             fmt::format("the patient had to breathe {} before the breath was freed; [motion] breath_hold_s "

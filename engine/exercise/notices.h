@@ -35,8 +35,8 @@ private:
          wire_was_out_ = false;  // at the first frame with beam nothing was in the image
     std::vector<std::string> injuries_, denied_;
     int more_injuries_ = 0;
-    std::vector<std::string> torsions_;
-    int more_torsions_ = 0;
+    std::vector<std::string> changes_;
+    int more_changes_ = 0;
     std::vector<std::string> mask_shifts_;  // of those that were found, or not made
     int more_mask_shifts_ = 0;
     int gasps_ = 0;

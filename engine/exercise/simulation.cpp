@@ -77,6 +77,7 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
         if (const auto wrong = problems(*script); !wrong.empty())
             throw io::InputError(io::joined(wrong, "\n"));
     wall_ = scenario::wall_of(scenario_, *anatomy_, cache);
+    know_vessels();
     reset();
     was_reset_ = false;
 }
@@ -89,6 +90,7 @@ Simulation::Simulation(const Simulation& like)
       target_(like.target_),
       wall_(like.wall_),
       reach_(like.reach_),
+      gives_(like.gives_),
       contrast_(std::make_unique<blood::ContrastFlow>(*like.contrast_)),
       console_(like.console_),
       was_reset_(like.was_reset_),
@@ -103,6 +105,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 void Simulation::reset() {
     was_reset_ = true;
     devices_ = scenario_.devices;
+    if (gives_) gives_->forget();
     readings_ = {};
     readings_.hands.resize(devices_.size());
     waiting_.clear();
@@ -114,7 +117,7 @@ void Simulation::reset() {
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
     injuries_.clear();
-    torsion_changes_ = {};
+    model_changes_ = {};
     lay(entry_.points);
     tip_at_start_ = tip();
 }
@@ -152,6 +155,7 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
     physics::Chain laid = chain_of(scenario_, devices_, path, before);
     if (hub_) {
         moving_ = std::move(laid);
+        moving_.vessels_stay = before ? before->vessels_stay : vessels_can_stay();
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
             bool at_rest = hub_->settle(moving_, updates).relax.at_rest();
@@ -173,10 +177,11 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
             physics::start_twists(moving_, k);
             segments = true;
         }
-        physics::start_grips(moving_, wall_->foundation() != nullptr);
+        physics::start_grips(moving_, wall_->foundation() && !moving_.vessels_stay);
         physics::start_rubs(moving_);
         if (!moving_.grips.empty() || segments) settle();
         if (renew_torsion(nullptr)) settle();
+        if (renew_vessels(nullptr)) settle();
         rounds_of_mending_ = 0;
         show();
         mend_crossings(ignored);
@@ -243,6 +248,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     if (wall) wall_ = std::move(wall);
     scenario_ = std::move(changed);
     if (exchanged_name_.empty()) devices_ = scenario_.devices;
+    know_vessels();
     waiting_.clear();
     const physics::Chain before = wire_;
     geometry::Polyline path(before.joints.begin(), before.joints.end());
@@ -359,7 +365,7 @@ Vec3 Simulation::vessel_shift() const {
 
 /// Of a frame with the global relaxer. One update takes twice as long where vessels make way.
 int Simulation::frame_updates() const {
-    return scenario_.budget.updates / (wall_->foundation() ? 2 : 1);
+    return scenario_.budget.updates / (wall_->foundation() && !moving_.vessels_stay ? 2 : 1);
 }
 
 int Simulation::updates_left(const StepReport& report) const {
@@ -383,7 +389,7 @@ void Simulation::move_hub(StepReport& report) {
     } else if (physics::let_rest(moving_, 1 / scenario_.frame_rate)) {
         account(hub_->settle(moving_, frame_updates()), report);
     }
-    if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_torsion(report);
+    if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_models(report);
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
     // Crossings that a motion leaves are mended in its frame.
     while (hub_is_idle() && !waiting_.empty() && may_begin(report, 2)) {
@@ -614,10 +620,11 @@ void Simulation::state(geometry::StateStream& s) {
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
-      injuries_, torsion_changes_);
+      injuries_, model_changes_);
     s.beside(readings_);
     if (s.restores()) {
         devices_ = scenario_.devices;
+        if (gives_) gives_->forget();
         if (!exchanged_name_.empty()) devices_[0].device = wire_of_catalogue(exchanged_name_, scenario_);
     }
     if (hub_)

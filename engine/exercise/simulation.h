@@ -3,6 +3,7 @@
 /// commands alone.
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,6 +17,7 @@
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
+#include "engine/scenario/vessel_give.h"
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
 #include "physics/relax/hub.h"
@@ -50,6 +52,7 @@ struct StepReport : MotionFlags {
     std::string denied;              // what was not done, and why: one sentence
     /// Of each shaft that is another model from now on: what it is and what that leaves out, a sentence.
     std::vector<std::string> torsions;
+    std::string vessels;           // the same, of vessels that make way from now on, or stay
     double waiting_insertion = 0;  // asked for but not made yet [mm]
     double waiting_rotation = 0;   // [rad]
     bool reset = false;            // a new attempt began with this frame
@@ -68,15 +71,16 @@ struct Hand {
     void state(geometry::StateStream& s) { s(turned, load, bow); }
 };
 
-/// Shafts that became another model since the attempt began.
-struct TorsionChanges {
-    int count = 0;
+/// What became another model since the attempt began.
+struct ModelChanges {
+    int count = 0;        // of shafts
+    int vessels = 0;      // that make way from then on, or stay
     double released = 0;  // energy of the chain that the changes cost on the way to rest, friction's aside;
                           // < 0 where they added some [N·mm]
     /// Before the last change, of which the chain is still on its way to rest [N·mm].
     std::optional<double> energy;
 
-    void state(geometry::StateStream& s) { s(count, released, energy); }
+    void state(geometry::StateStream& s) { s(count, vessels, released, energy); }
 };
 
 /// What the last frame left to be read. No later state depends on it.
@@ -148,7 +152,14 @@ public:
     physics::Torsion torsion(int device) const { return physics::torsion_of(wire_.devices[device]); }
     scenario::TorsionNeed torsion_need(int device) const;
     std::string torsion_sentence(int device) const;
-    const TorsionChanges& torsion_changes() const { return torsion_changes_; }
+    const ModelChanges& model_changes() const { return model_changes_; }
+    /// Whether the vessels stay where they are, as far as the devices have come.
+    bool vessels_stay() const { return !wall_->foundation() || wire_.vessels_stay; }
+    /// How far the devices push vessels aside, or can where they come next without more of a push: what
+    /// vessels that stay leave out. 0 where nothing is known of what they lie in.
+    scenario::VesselGive vessel_give(double enough = std::numeric_limits<double>::infinity()) const;
+    /// That, and what the vessels do: a sentence; empty where they cannot move.
+    std::string vessels_sentence() const;
     const anatomy::Anatomy& anatomy() const { return *anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }
     /// The chain of joints, on which all devices lie.
@@ -271,7 +282,11 @@ private:
     bool twists_by_segments(const physics::Device* before) const;
     scenario::ShaftState shaft(int device) const;
     bool renew_torsion(std::vector<std::string>* said);
-    void renew_torsion(StepReport&);
+    void know_vessels();
+    bool vessels_can_stay() const;
+    bool renew_vessels(std::string* said);
+    scenario::VesselGive pushed_now() const;
+    void renew_models(StepReport&);
     void count_released();
     double energy() const;
     void count_turn(int device, double angle);
@@ -289,6 +304,7 @@ private:
     geometry::Vec3 tip_at_start_ = geometry::Vec3::Zero();
     std::shared_ptr<const physics::LumenWall> wall_;
     std::shared_ptr<const scenario::Reach> reach_;
+    mutable std::optional<scenario::VesselGives> gives_;  // none where vessels cannot move
 
     std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
     std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
@@ -309,7 +325,7 @@ private:
     scenario::Breathing breathing_;
     double iodine_ = 0;
     Injuries injuries_;
-    TorsionChanges torsion_changes_;
+    ModelChanges model_changes_;
     Readings readings_;
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step

@@ -160,6 +160,7 @@ void Simulation::exchange_wire(Motion& motion, StepReport& report) {
     }
     scenario::Device& wire = devices_[0].device = wire_of_catalogue(name, scenario_);
     exercise::exchange(chain(), 0, scenario_, wire);
+    if (gives_) gives_->forget();
     outside_.grip(0, devices_, scenario_.hand_distance);
     if (twists_by_segments(nullptr)) physics::start_twists(chain(), 0);
     report.exchanged = wire.title;

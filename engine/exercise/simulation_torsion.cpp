@@ -61,7 +61,7 @@ bool Simulation::renew_torsion(std::vector<std::string>* said) {
     for (int k = 0; k < static_cast<int>(devices_.size()); ++k) {
         if (next[k] == physics::torsion_of(moving_.devices[k])) continue;
         physics::change_torsion(moving_, k, spec_of(scenario_, devices_[k].device), next[k]);
-        ++torsion_changes_.count;
+        ++model_changes_.count;
         changed = true;
         if (said)
             said->push_back(fmt::format("the {}'s shaft {}", devices_[k].name(),
@@ -70,20 +70,21 @@ bool Simulation::renew_torsion(std::vector<std::string>* said) {
     return changed;
 }
 
-/// The same in a frame, with the way to rest.
-void Simulation::renew_torsion(StepReport& report) {
+/// Of shafts and vessels in a frame, with the way to rest.
+void Simulation::renew_models(StepReport& report) {
     const double before = energy();
-    if (!renew_torsion(&report.torsions)) return;
-    torsion_changes_.energy = before;
+    const bool shafts = renew_torsion(&report.torsions), vessels = renew_vessels(&report.vessels);
+    if (!shafts && !vessels) return;
+    model_changes_.energy = before;
     account(hub_->settle(moving_, updates_left(report)), report);
     count_released();
 }
 
 /// Once the chain is at rest.
 void Simulation::count_released() {
-    if (!torsion_changes_.energy || !hub_is_idle()) return;
-    torsion_changes_.released += *torsion_changes_.energy - energy();
-    torsion_changes_.energy.reset();
+    if (!model_changes_.energy || !hub_is_idle()) return;
+    model_changes_.released += *model_changes_.energy - energy();
+    model_changes_.energy.reset();
 }
 
 }  // namespace exercise

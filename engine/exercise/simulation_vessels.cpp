@@ -1,8 +1,10 @@
 /// How a simulation's devices push the vessels aside.
 
 #include <algorithm>
+#include <cassert>
 
 #include "engine/exercise/simulation.h"
+#include "engine/scenario/placement.h"
 #include "physics/wall/foundation.h"
 #include "physics/wire/energy.h"
 
@@ -14,6 +16,78 @@ double Simulation::farthest_vessel_move() const {
     double farthest = 0;
     for (const physics::WallContact& c : contacts_) farthest = std::max(farthest, c.given.norm());
     return farthest;
+}
+
+/// What is needed to judge vessels that stay.
+void Simulation::know_vessels() {
+    const auto tissues = scenario::tissues_that_could_move(scenario_, *anatomy_);
+    const auto end = anatomy::find_end(*anatomy_, scenario_.entry.end);
+    assert(end);
+    if (!tissues.empty()) gives_.emplace(reach_, tissues, anatomy_->ends[*end].opening);
+}
+
+/// Of a chain that is laid.
+bool Simulation::vessels_can_stay() const {
+    return wall_->foundation() && !scenario_.tissue.rigid &&
+           gives_->around(moving_, scenario::give_ahead, scenario::vessel_give_shows).most <=
+               scenario::vessel_give_shows;
+}
+
+/// By which the devices at rest push the vessels aside now; those that stay would be, at most.
+scenario::VesselGive Simulation::pushed_now() const {
+    const physics::Foundation* foundation = wall_->foundation();
+    scenario::VesselGive found;
+    if (!foundation) return found;
+    const auto contacts = hub_->contacts();
+    const auto find = [&](const Vec3& way, int station) {
+        if (way.norm() > found.most) found = {way.norm(), reach_->name_of(station)};
+    };
+    std::vector<physics::Foundation::Load> loads;
+    for (std::size_t j = 1; j < contacts.size(); ++j) {
+        if (!contacts[j].touches()) continue;
+        const Vec3 along = foundation->along(contacts[j].station), push = contacts[j].push();
+        loads.push_back({contacts[j].station, moving_.joints[j], push - along.dot(push) * along});
+        if (!moving_.vessels_stay) find(contacts[j].given, contacts[j].station);
+    }
+    if (loads.empty() || !moving_.vessels_stay) return found;
+    const auto by = foundation->displacement(loads);
+    for (const physics::Foundation::Load& load : loads)
+        find(foundation->at(by, load.station, load.place), load.station);
+    return found;
+}
+
+/// More than `enough` is not looked for.
+scenario::VesselGive Simulation::vessel_give(double enough) const {
+    if (!gives_ || !hub_) return {};
+    const scenario::VesselGive now = pushed_now();
+    if (now.most > enough) return now;
+    const scenario::VesselGive next = gives_->around(moving_, scenario::give_ahead, enough);
+    return next.most > now.most ? next : now;
+}
+
+std::string Simulation::vessels_sentence() const {
+    return gives_
+               ? scenario::vessels_sentence(vessel_give(), vessels_stay(), scenario_.tissue.rigid.has_value())
+               : std::string();
+}
+
+/// Vessels stay where devices push them aside, or can where they come to next, by no more than shows, and
+/// make way elsewhere; of a chain at rest, which then is no more. They stay again where that is less than
+/// half, so that they do not change back and forth. Returns whether they do otherwise now, with what there is
+/// to say about it.
+bool Simulation::renew_vessels(std::string* said) {
+    if (!wall_->foundation() || scenario_.tissue.rigid) return false;
+    const bool stay = moving_.vessels_stay;
+    const double limit = (stay ? 1 : 0.5) * scenario::vessel_give_shows;
+    const scenario::VesselGive give = vessel_give(limit);
+    if ((give.most <= limit) == stay) return false;
+    if (stay)
+        hub_->let_vessels_make_way(moving_);
+    else
+        physics::Hub::let_vessels_stay(moving_);
+    ++model_changes_.vessels;
+    if (said) *said = scenario::vessels_sentence(give, !stay, false);
+    return true;
 }
 
 /// Of the vessels under the forces of the wire shown; empty where they do not move.

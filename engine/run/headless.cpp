@@ -140,9 +140,11 @@ private:
     std::optional<io::GrowingFile> trace_file_;
 };
 
-/// What shafts are as a run begins, where the scenario leaves it open.
-std::vector<std::string> shafts_of(const exercise::Simulation& simulation) {
+/// What shafts and vessels are as a run begins, where the scenario leaves it open.
+std::vector<std::string> models_of(const exercise::Simulation& simulation) {
     std::vector<std::string> said;
+    if (std::string vessels = simulation.vessels_sentence(); !vessels.empty())
+        said.push_back("at first " + vessels);
     if (simulation.scenario().torsion != scenario::TorsionModel::Auto) return said;
     for (int k = 0; k < static_cast<int>(simulation.devices().size()); ++k)
         if (simulation.devices()[k].device.twists())
@@ -156,7 +158,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     RunResult result;
     exercise::Notices notices;
     std::vector<script::Command> commands;
-    const std::vector<std::string> shafts = shafts_of(exercise.simulation());
+    const std::vector<std::string> models = models_of(exercise.simulation());
     const int last = last_frame_of(exercise.simulation().scenario(), script);
     for (int index = 0; index <= last; ++index) {
         commands.clear();
@@ -222,8 +224,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     for (const anatomy::BlockedEnd& blocked : anatomy::blocked_ends(anatomy))
         result.notices.push_back(anatomy::text_of(anatomy, blocked));
     const scenario::ModelChoice& choice = exercise.simulation().choice();
-    result.notices.insert(result.notices.end(), shafts.begin(), shafts.end());
-    if (!choice.vessels_reason.empty()) result.notices.push_back(choice.vessels_reason);
+    result.notices.insert(result.notices.end(), models.begin(), models.end());
     if (asked.choose_segment_length) {
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,
                                              choice.segment_reason));

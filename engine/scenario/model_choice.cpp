@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
-#include <optional>
 
 #include "engine/anatomy/lumen_wall.h"
 #include "physics/wall/distance_field.h"
@@ -152,36 +151,6 @@ std::string torsion_sentence(const TorsionNeed& need, physics::Torsion model) {
         said += fmt::format("; up to {:.2g} degrees are left out, {:.2g} mm at its tip",
                             left / geometry::degree, need.at_tip(left));
     return said;
-}
-
-VesselGive vessel_give(const Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach,
-                       std::span<const physics::Tissue> tissues) {
-    VesselGive found;
-    const std::optional<int> end = anatomy::find_end(anatomy, s.entry.end);
-    if (!end) return found;
-    const auto stations = reach.stations();
-    std::vector<double> rigidity(stations.size(), 0.0), thickest(stations.size(), 0.0);
-    for (const PlacedDevice& placed : s.devices)
-        for (const int at : reach.stations_within(anatomy.ends[*end].opening, placed.device.length,
-                                                  placed.device.outer_diameter)) {
-            rigidity[at] += placed.device.shaft_rigidity();
-            thickest[at] = std::max(thickest[at], 0.5 * placed.device.outer_diameter);
-        }
-    for (std::size_t k = 0; k < stations.size(); ++k) {
-        const geometry::Station& station = stations[k];
-        const double curvature = reach.curvature(static_cast<int>(k));
-        if (rigidity[k] == 0 || curvature == 0) continue;
-        const physics::Tissue& tissue = tissues[station.branch];
-        const double beam = std::numbers::pi * std::pow(station.radius, 4) * tissue.wall;  // B
-        // A bend of a right angle is half a wave a·sin qs, a = κ/q², q = 2κ. Devices that are straight
-        // without load take of it what the clearance leaves them, by the stiffnesses of beams and foundation.
-        const double q4 = std::pow(2 * curvature, 4), wave = 1 / (4 * curvature),
-                     clearance = std::max(0.0, station.radius - thickest[k]);
-        const double give =
-            std::max(0.0, wave - clearance) * rigidity[k] * q4 / ((rigidity[k] + beam) * q4 + tissue.modulus);
-        if (give > found.most) found = {give, anatomy.branches[station.branch].name};
-    }
-    return found;
 }
 
 ModelChoice choose_model(const anatomy::Anatomy& anatomy, const Reach& reach, const LumenDemand& within,

@@ -16,11 +16,7 @@ struct ModelChoice {
     std::string segment_reason;        // one sentence
     WallModel wall = WallModel::Auto;  // that is left where no smooth wall is possible
     std::string wall_reason;           // one sentence
-    /// How far the devices could push a vessel aside [mm], estimated; a sentence. Empty where the wall knows
-    /// no vessels that move.
-    double vessels_give = 0;
-    std::string vessels_reason;
-    LumenDemand demand;  // of the vessels that devices can reach
+    LumenDemand demand;                // of the vessels that devices can reach
 };
 
 /// λ is the longest segment that sags by no more than the tolerance [mm] from the sharpest bend of the
@@ -71,16 +67,5 @@ constexpr double torsion_shows = 2 * geometry::degree, torsion_shows_at_tip = 0.
 
 /// "turns with its hub at once: …, which leaves out up to …".
 std::string torsion_sentence(const TorsionNeed&, physics::Torsion);
-
-/// How far devices, side by side, push a vessel aside where they lean on its bends, of all that each can
-/// reach: an estimate to judge vessels that stay by [mm], and the branch.
-struct VesselGive {
-    double most = 0;
-    std::string branch;
-};
-VesselGive vessel_give(const Scenario&, const anatomy::Anatomy&, const Reach&,
-                       std::span<const physics::Tissue>);
-/// Vessels that give less stay where they are, unless the scenario says otherwise [mm].
-constexpr double vessel_give_shows = 0.1;
 
 }  // namespace scenario

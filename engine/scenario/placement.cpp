@@ -17,25 +17,6 @@ namespace scenario {
 
 using geometry::Vec3;
 
-namespace {
-
-/// Vessels that devices hardly push aside stay where they are, where the scenario does not say.
-void choose_vessels(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach, ModelChoice& choice) {
-    const std::optional<bool> rigid = std::exchange(s.tissue.rigid, std::nullopt);
-    const std::vector<physics::Tissue> tissues = tissues_of(s, anatomy);  // none where they cannot move
-    s.tissue.rigid = rigid;
-    if (tissues.empty()) return;
-    const VesselGive give = vessel_give(s, anatomy, reach, tissues);
-    choice.vessels_give = give.most;
-    if (!rigid && give.most < vessel_give_shows) s.tissue.rigid = true;
-    choice.vessels_reason = fmt::format(
-        "vessels {}{}: where the devices lean on {} they can push it aside by some {:.2g} mm",
-        vessels_move(s) ? "make way" : "stay where they are, which leaves that out", rigid ? " as asked" : "",
-        give.branch.empty() ? "their bends" : fmt::format("the bends of '{}'", give.branch), give.most);
-}
-
-}  // namespace
-
 ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& reach) {
     // A wire may wander wherever it fits and its length goes; nothing else can ever bend it.
     LumenDemand within = reach.all();
@@ -60,7 +41,6 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& re
         s.wall_stiffness *= choice.segment_length / s.segment_length;  // the same per length of wire
         s.segment_length = choice.segment_length;
     }
-    choose_vessels(s, anatomy, reach, choice);
     return choice;
 }
 
@@ -172,13 +152,20 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
 }  // namespace
 
 bool vessels_move(const Scenario& s) {
-    if (s.tissue.rigid) return !*s.tissue.rigid;
+    return s.tissue.rigid ? !*s.tissue.rigid : could_move(s);
+}
+
+bool could_move(const Scenario& s) {
     return !s.tube && s.wall_model == WallModel::DistanceField &&
            s.relaxer.kind == physics::RelaxerKind::Global;
 }
 
 std::vector<physics::Tissue> tissues_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
-    if (!vessels_move(s)) return {};
+    return vessels_move(s) ? tissues_that_could_move(s, anatomy) : std::vector<physics::Tissue>();
+}
+
+std::vector<physics::Tissue> tissues_that_could_move(const Scenario& s, const anatomy::Anatomy& anatomy) {
+    if (!vessels_move(s) && !could_move(s)) return {};
     const TissueChoice& choice = s.tissue;
     std::vector<physics::Tissue> tissues = anatomy::tissues_of(anatomy);
     const auto change = [](physics::Tissue& tissue, const TissueChoice::Values& by) {

@@ -13,7 +13,7 @@
 namespace scenario {
 
 /// Fills in what the scenario leaves open and does not change in an attempt: the segment length, the wall's
-/// model, whether vessels make way; the wall keeps its stiffness per length of wire. Returns what was found,
+/// model; the wall keeps its stiffness per length of wire. Returns what was found,
 /// asked for or not.
 ModelChoice choose(Scenario&, const anatomy::Anatomy&, const Reach&);
 
@@ -27,9 +27,13 @@ geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
 /// What a scenario's vessels lie in, one a branch; empty where they stay where they are. Throws InputError
 /// for a vessel that the anatomy does not have.
 std::vector<physics::Tissue> tissues_of(const Scenario&, const anatomy::Anatomy&);
-/// Whether devices push the vessels aside: as [tissue] says; without one, those of an anatomy with a smooth
-/// wall do, by the global relaxer, which alone knows how.
+/// The same of vessels that stay only because the scenario says so.
+std::vector<physics::Tissue> tissues_that_could_move(const Scenario&, const anatomy::Anatomy&);
+/// Whether devices can push the vessels aside: as [tissue] says; without one, as could_move(). When they do,
+/// where [tissue] says nothing, is decided as the devices go.
 bool vessels_move(const Scenario&);
+/// Vessels of an anatomy with a smooth wall could, by the global relaxer, which alone knows how.
+bool could_move(const Scenario&);
 
 /// The wall of a scenario with nothing left to choose: the one that others in this process have, where there
 /// is one, for nobody changes it.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -115,6 +116,37 @@ std::vector<int> Reach::stations_within(const geometry::OpenEnd& entry, double l
 
 LumenDemand Reach::within(const geometry::OpenEnd& entry, double length, double diameter) const {
     return of(stations_within(entry, length, diameter), 0.5 * diameter);
+}
+
+int Reach::station_of(const physics::Chain& chain, double inserted) const {
+    const int count = static_cast<int>(tree_.stations().size());
+    int joint = 0;
+    for (double place = 0; joint < chain.segments() && place + 1e-9 < inserted;)
+        place += chain.lengths[++joint];
+    const int station = chain.stations[joint];
+    return station >= 0 && station < count ? station : tree_.locate(chain.joints[joint], -1);
+}
+
+std::pair<std::vector<int>, std::vector<double>> Reach::ways_from(const geometry::OpenEnd& entry) const {
+    const auto stations = tree_.stations();
+    std::vector<int> before(stations.size(), -1);
+    std::vector<double> ways(stations.size(), -1.0);
+    using Open = std::pair<double, int>;
+    std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
+    const int first = tree_.locate(entry.centre, -1);
+    open.emplace(ways[first] = 0, first);
+    while (!open.empty()) {
+        const auto [way, s] = open.top();
+        open.pop();
+        if (way > ways[s]) continue;
+        for (const int next : tree_.neighbours(s)) {
+            const double there = way + (stations[next].centre - stations[s].centre).norm();
+            if (ways[next] >= 0 && ways[next] <= there) continue;
+            before[next] = s;
+            open.emplace(ways[next] = there, next);
+        }
+    }
+    return {before, ways};
 }
 
 LumenDemand Reach::around(const physics::Chain& chain, int which, double ahead) const {

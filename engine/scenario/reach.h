@@ -52,7 +52,21 @@ public:
     /// within `ahead` of its distal end along the vessels, whichever way.
     LumenDemand around(const physics::Chain&, int device, double ahead = reach_ahead) const;
 
+    /// Within `ahead` of a station along the vessels, whichever way, in ascending order.
+    std::vector<int> near(int station, double ahead) const { return flood({{ahead, station}}, 0); }
+    /// Where a device ends that lies on a chain of this anatomy so far from the introducer.
+    int station_of(const physics::Chain&, double inserted) const;
+    /// The shortest way from an end to each station: the one before it, −1 for the first, and its length
+    /// [mm]; −1 where there is none.
+    std::pair<std::vector<int>, std::vector<double>> ways_from(const geometry::OpenEnd&) const;
+
     std::span<const geometry::Station> stations() const { return tree_.stations(); }
+    /// From a place near a station to the wall: of the ball that holds it deepest [mm].
+    double room(const geometry::Vec3& place, int station) const {
+        const geometry::Station& s = stations()[tree_.locate(place, station)];
+        return s.radius - (place - s.centre).norm();
+    }
+    const std::string& name_of(int station) const { return names_[stations()[station].branch]; }
     double curvature(int station) const { return curvature_[static_cast<std::size_t>(station)]; }  // [1/mm]
     /// That the vessel there forces on a device: LumenDemand::forced_curvature [1/mm].
     double forced_curvature(int station, double device_radius) const;

@@ -27,7 +27,7 @@ double energy_of(const exercise::Simulation& simulation) {
 
 double loss_of(const exercise::Simulation& simulation) {
     return simulation.wire().friction_loss + simulation.wire().rub_loss +
-           simulation.torsion_changes().released;
+           simulation.model_changes().released;
 }
 
 /// What the hands did from one rest to the next, by the mean of the loads.

@@ -209,7 +209,7 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     }
     at_.goes_on = same.all && end_report_.out_of_budget();
     if (!at_.goes_on) softer_walls_.forget();
-    if (wall_.foundation()) LaggedYields::prepare(wire, *wall_.foundation());
+    if (const Foundation* vessels = vessels_that_move(wire)) LaggedYields::prepare(wire, *vessels);
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
@@ -236,8 +236,8 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
     };
     // Vessels that have moved are asked for anew.
     const auto update = [&] {
-        if (!lag_.update(wire, contacts_.contacts(), wall_.foundation())) return false;
-        if (wall_.foundation()) contacts_.update(wire);
+        if (!lag_.update(wire, contacts_.contacts(), vessels_that_move(wire))) return false;
+        if (vessels_that_move(wire)) contacts_.update(wire);
         return true;
     };
     assert(search.task.most_updates >= 0);

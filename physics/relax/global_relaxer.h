@@ -68,6 +68,9 @@ private:
 
     bool predict_motion(Chain&, HubMotion&, int most_updates);
     Unchanged unchanged(const Chain&) const;
+    const Foundation* vessels_that_move(const Chain& wire) const {
+        return wire.vessels_stay ? nullptr : wall_.foundation();
+    }
     RelaxReport nothing_to_do(int updates) const;
     void take_up_frames(const Chain&, int unchanged_segments);
     DescentTask take_up(Chain&, const Unchanged&, int most_updates);

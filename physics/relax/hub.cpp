@@ -42,6 +42,22 @@ void Hub::bear(int device, double push) {
     bears_[device] = push;
 }
 
+void Hub::let_vessels_make_way(Chain& wire) const {
+    assert(wire.vessels_stay && wall_.foundation() && !working_);
+    wire.vessels_stay = false;
+    if (wire.grips.empty()) start_grips(wire, true);
+    LaggedYields::prepare(wire, *wall_.foundation());
+}
+
+void Hub::let_vessels_stay(Chain& wire) {
+    assert(!wire.vessels_stay);
+    wire.vessels_stay = true;
+    for (Grip& grip : wire.grips) {
+        grip.give = 0;
+        grip.given = grip.along = grip.shift = Vec3::Zero();
+    }
+}
+
 double Hub::passes_on(const Chain& wire, int device) const {
     assert(device >= 0 && device < static_cast<int>(wire.devices.size()));
     if (bears_[device] > 0) return bears_[device];

@@ -38,6 +38,12 @@ public:
     /// push where it has none.
     void bear(int device, double push);
 
+    /// Lets vessels that stay make way from now on, of a wall that knows how: nothing moves before the next
+    /// call, which finds another rest where the wire presses.
+    void let_vessels_make_way(Chain&) const;
+    /// The same the other way: they go back to where they were.
+    static void let_vessels_stay(Chain&);
+
     /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Chain&, int updates);
     /// Makes a motion, or a part of it, with a wire at rest: at most one segment's length and largest_turn.

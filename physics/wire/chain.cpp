@@ -274,7 +274,7 @@ int first_fed(const Chain& chain, int which) {
 
 void Chain::state(StateStream& s) {
     s(grid, devices, joints, tangents, lengths, stations, base_director, load, leading, tip_segments, carried,
-      grips, friction_loss, rubs, rub_loss);
+      grips, vessels_stay, friction_loss, rubs, rub_loss);
     if (!s.restores() || joints.empty()) return;
     assign(*this);
     assert(validate(*this).empty());

@@ -57,6 +57,7 @@ struct Chain {
     double carried = 0;        // motion in whole segments not yet made, |carried| < λ [mm]
     std::vector<Grip> grips;   // of the wall on each joint; empty without friction in vessels that stay where
                                // they are
+    bool vessels_stay = false;  // where they are, though the wall knows how they would make way
     double friction_loss =
         0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
     std::vector<Rub> rubs;  // of devices in each other and in their valves; empty without such friction

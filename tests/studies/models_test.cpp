@@ -53,9 +53,9 @@ TEST_F(ModelsEnergy, IsBalancedOverChangesOfTheShaftsModel) {
     course.turn(1);
     course.feed(40);
     course.turn(-2);
-    EXPECT_GE(course.simulation().torsion_changes().count, 2);
+    EXPECT_GE(course.simulation().model_changes().count, 2);
     EXPECT_LT(course.balance().error(), 0.01);
-    EXPECT_LT(std::abs(course.simulation().torsion_changes().released),
+    EXPECT_LT(std::abs(course.simulation().model_changes().released),
               0.05 * std::abs(course.balance().exchanged));
 }
 

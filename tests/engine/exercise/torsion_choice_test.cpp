@@ -42,7 +42,7 @@ TEST(TorsionChoice, AWireIsRigidUntilABendIsWithinReachAndTwistsBySegmentsWhereF
     EXPECT_EQ(simulation.torsion(0), Torsion::Rigid);
     advance(simulation, 30, 2);  // 80 mm inside; the bend begins at 150 mm
     EXPECT_EQ(simulation.torsion(0), Torsion::Rigid);
-    EXPECT_EQ(simulation.torsion_changes().count, 0);
+    EXPECT_EQ(simulation.model_changes().count, 0);
     advance(simulation, 20, 2);
     EXPECT_NE(simulation.torsion(0), Torsion::Rigid);
     advance(simulation, 30, 2);
@@ -50,7 +50,7 @@ TEST(TorsionChoice, AWireIsRigidUntilABendIsWithinReachAndTwistsBySegmentsWhereF
     EXPECT_GT(simulation.torsion_need(0).held_back, scenario::torsion_shows / 2);
     advance(simulation, 80, -2);
     EXPECT_EQ(simulation.torsion(0), Torsion::Rigid) << "and again when it is out of reach";
-    EXPECT_LE(simulation.torsion_changes().count, 6) << "not back and forth";
+    EXPECT_LE(simulation.model_changes().count, 6) << "not back and forth";
 }
 
 TEST(TorsionChoice, AScenarioThatFixesAModelKeepsIt) {
@@ -63,7 +63,7 @@ TEST(TorsionChoice, AScenarioThatFixesAModelKeepsIt) {
         EXPECT_EQ(simulation.torsion(0), is);
         advance(simulation, 60, 3);
         EXPECT_EQ(simulation.torsion(0), is);
-        EXPECT_EQ(simulation.torsion_changes().count, 0);
+        EXPECT_EQ(simulation.model_changes().count, 0);
     }
 }
 
@@ -87,15 +87,15 @@ TEST(TorsionChoice, AChangeLosesNoAngleAndHardlyMovesTheTip) {
         before = simulation.torsion(0);
     }
     EXPECT_GE(changes, 3);
-    EXPECT_EQ(simulation.torsion_changes().count, changes);
-    EXPECT_TRUE(std::isfinite(simulation.torsion_changes().released));
+    EXPECT_EQ(simulation.model_changes().count, changes);
+    EXPECT_TRUE(std::isfinite(simulation.model_changes().released));
 }
 
 TEST(TorsionChoice, AResetBeginsAsAtFirst) {
     Simulation simulation(straight_then_bent());
     const std::uint64_t start = simulation.state_hash();
     advance(simulation, 80, 2);
-    EXPECT_GT(simulation.torsion_changes().count, 0);
+    EXPECT_GT(simulation.model_changes().count, 0);
     simulation.reset();
     EXPECT_EQ(simulation.state_hash(), start);
 }
@@ -103,7 +103,7 @@ TEST(TorsionChoice, AResetBeginsAsAtFirst) {
 TEST(TorsionChoice, ACopyMadeBeforeAChangeGoesOnToTheLastBit) {
     Simulation simulation(straight_then_bent());
     advance(simulation, 40, 2);
-    ASSERT_EQ(simulation.torsion_changes().count, 0);
+    ASSERT_EQ(simulation.model_changes().count, 0);
     Simulation copy(simulation);
     for (int frame = 0; frame < 100; ++frame) {
         for (Simulation* s : {&simulation, &copy}) {
@@ -118,7 +118,7 @@ TEST(TorsionChoice, ACopyMadeBeforeAChangeGoesOnToTheLastBit) {
             ASSERT_EQ(other.state_hash(), simulation.state_hash());
         }
     }
-    EXPECT_GE(simulation.torsion_changes().count, 2);
+    EXPECT_GE(simulation.model_changes().count, 2);
 }
 
 TEST(TorsionChoice, WildHandsEndAtRestRestoreAndReplayOverChanges) {
@@ -137,7 +137,7 @@ TEST(TorsionChoice, WildHandsEndAtRestRestoreAndReplayOverChanges) {
             return commands;
         });
         if (HasFatalFailure()) return;
-        changes += exercise.simulation().torsion_changes().count;
+        changes += exercise.simulation().model_changes().count;
     }
     EXPECT_GE(changes, 6);
 }
@@ -149,7 +149,7 @@ TEST(TorsionChoice, ARunTellsEveryChange) {
     int told = 0;
     for (const std::string& text : notices.text())
         told += text.find("from now on the wire's shaft") != text.npos;
-    EXPECT_EQ(told, exercise.simulation().torsion_changes().count);
+    EXPECT_EQ(told, exercise.simulation().model_changes().count);
     EXPECT_GE(told, 1);
 }
 
