@@ -7,6 +7,7 @@
 
 #include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
+#include "engine/exercise/simulation_parts.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
@@ -19,9 +20,6 @@ namespace {
 
 using geometry::Vec3;
 
-/// Segment relaxers get more than the frame's budget for long motions: each step at least this part of it, or
-/// the wire leaves the vessel.
-constexpr int least_share = 8;
 /// |g|/C that counts as rest on a mesh, whose planes jump by about that.
 constexpr double tolerance_of_planes = 1e-3;
 /// Updates a segment before frame 0: a wire put in along the centreline is far from rest.
@@ -30,20 +28,11 @@ constexpr int budgets_at_start = 100;  // of those, at most; sheaths that nearly
 /// A part of a motion begins where this times the usual work of one is left, which 19 of 20 do not exceed.
 constexpr double probable_work = 3;
 constexpr double parts_in_mean = 8;  // about a frame's, so that it follows the devices' change of place
-/// A wire that goes through an open end passes within this many of its radii.
-constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
 /// The shaft outside has bowed visibly where less of what a hand feeds goes in.
 constexpr double hardly = 0.5;
 constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
-
-/// Sums the reports of a frame, whose sharpest bend counts and not the last.
-void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
-    const double bend = std::max(sum.largest_bend, part.largest_bend);
-    sum.add(part);
-    sum.largest_bend = bend;
-}
 
 blood::Injection injection(const script::Inject& command) {
     return {command.branch, command.rate, command.volume, command.iodine};
@@ -51,10 +40,6 @@ blood::Injection injection(const script::Inject& command) {
 
 Console start_console(const scenario::Scenario& scenario) {
     return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
-}
-
-int steps_of(double amount, double step) {
-    return static_cast<int>(std::ceil(std::abs(amount) / step * (1 - 1e-12)));
 }
 
 }  // namespace
@@ -194,67 +179,6 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
         }
         contacts_ = physics::all_contacts(wire_, *wall_);
     }
-}
-
-Tuning Simulation::tuning() const {
-    const scenario::Device& wire = scenario_.wire().device;
-    return {wire.shaft_rigidity(),
-            physics::rigidity_at(wire, 0),
-            scenario_.segment_length,
-            scenario_.wall_stiffness,
-            wire.friction,
-            scenario_.relaxer};
-}
-
-void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) {
-    scenario::Scenario changed = scenario_;
-    scenario::Device& wire = changed.wire().device;
-    if (tuning.shaft_rigidity != this->tuning().shaft_rigidity ||
-        tuning.tip_rigidity != this->tuning().tip_rigidity) {
-        std::optional<scenario::TipAndShaft> stiffness = scenario::tip_and_shaft(wire);
-        if (!stiffness)
-            throw io::InputError(
-                "expected a wire of a tip, a transition and a shaft, whose rigidities can be "
-                "changed, found one of other sections");
-        // The torsional rigidity of the shaft stays.
-        stiffness->shaft_rigidity = tuning.shaft_rigidity;
-        stiffness->tip_rigidity = tuning.tip_rigidity;
-        scenario::set_stiffness(wire, *stiffness);
-    }
-    if (tuning.friction != wire.friction) {
-        // The static coefficient stays the same multiple of it.
-        const double multiple = wire.friction > 0 ? wire.static_friction / wire.friction : 0;
-        wire.static_friction = std::min(physics::DeviceLimits::friction, multiple * tuning.friction);
-        wire.friction = tuning.friction;
-    }
-    changed.segment_length = tuning.segment_length;
-    changed.wall_stiffness = tuning.wall_stiffness;
-    changed.relaxer = tuning.relaxer;
-    if (const auto wrong = scenario::problems(changed); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
-    if (!std::isfinite(tuning.wall_stiffness) || tuning.wall_stiffness <= 0)
-        throw io::InputError("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness);
-    static_cast<void>(scenario::entry_of(changed, *anatomy_));  // for a later reset
-    const double length = wire_.inserted_length(), least = physics::least_length({changed.segment_length});
-    if (length < least)
-        throw io::InputError(
-            "{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted", length, least);
-
-    const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
-    std::shared_ptr<const physics::LumenWall> wall;
-    if (other_wall) wall = scenario::wall_of(changed, *anatomy_, cache);
-    hub_.reset();  // they belong to the wall
-    relaxer_.reset();
-    if (wall) wall_ = std::move(wall);
-    scenario_ = std::move(changed);
-    if (exchanged_name_.empty()) devices_ = scenario_.devices;
-    know_vessels();
-    waiting_.clear();
-    const physics::Chain before = wire_;
-    geometry::Polyline path(before.joints.begin(), before.joints.end());
-    path.push_back(path.back() +
-                   (3 * scenario_.segment_length + 1) * before.tangents.back());  // chords are shorter
-    lay(path, &before);
 }
 
 /// One call for each kind of command: one that is new and not handled here does not compile.
@@ -539,80 +463,6 @@ void Simulation::mend_crossings(StepReport& report) {
         if (hub_->working()) return;
         show_rest(report);
     }
-}
-
-void Simulation::move_segments(StepReport& report) {
-    if (!waiting_.empty() && scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
-    int parts = 0;
-    for (Motion& m : waiting_)
-        if (m.removes) m.insertion = -wire_.devices[m.device].inserted;
-    for (const Motion& m : waiting_)
-        parts += steps_of(m.insertion, wire_.grid.segment_length) +
-                 steps_of(m.rotation, physics::Hub::largest_turn);
-    // One part more for the frame's end, so that a frame with a motion settles as one without.
-    const int budget = scenario_.budget.updates,
-              share = std::max({1, budget / (parts + 1), budget / least_share});
-    for (Motion& motion : waiting_) {
-        if (!motion.exchange.empty()) exchange_wire(motion, report);
-        if (motion.insertion != 0) feed_segments(motion, share, report);
-        if (motion.rotation != 0) turn(motion, share, report);
-    }
-    waiting_.clear();
-    relax(std::max(share, budget - report.relax.updates), report);
-    contacts_ = physics::all_contacts(wire_, *wall_);
-    report.deepest_crossing = 0;
-    for (const physics::Crossing& crossing : physics::crossings(wire_, contacts_, *wall_))
-        report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
-}
-
-void Simulation::feed_segments(Motion& motion, int share, StepReport& report) {
-    double fed = 0;
-    while ((motion.insertion = allowed_feed(motion, report)) != 0) {
-        const int steps = steps_of(motion.insertion, wire_.grid.segment_length);
-        const double wanted = motion.insertion / steps;
-        fed += physics::feed(wire_, motion.device, wanted);
-        motion.insertion = steps == 1 ? 0 : motion.insertion - wanted;
-        relax(share, report);
-    }
-    report.insertions.push_back(fed);
-}
-
-/// The wire has left by an end if it passed the end's opening outward more often than inward.
-bool Simulation::tip_has_left() const {
-    return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
-        const geometry::OpenEnd& opening = end.opening;
-        const double reach = opening_reach * opening.radius;
-        int out = 0;
-        double before = std::min(0.0, (wire_.joints[0] - opening.centre).dot(opening.outward_normal));
-        for (int i = 1; i <= wire_.segments(); ++i) {
-            const double beyond = (wire_.joints[i] - opening.centre).dot(opening.outward_normal);
-            if ((beyond > 0) != (before > 0)) {
-                const double part = before / (before - beyond);
-                const Vec3 at = wire_.joints[i - 1] + part * (wire_.joints[i] - wire_.joints[i - 1]);
-                if ((at - opening.centre).norm() < reach) out += beyond > 0 ? 1 : -1;
-            }
-            before = beyond;
-        }
-        return out > 0;
-    });
-}
-
-void Simulation::turn(Motion& motion, int share, StepReport& report) {
-    const int steps = steps_of(motion.rotation, physics::Hub::largest_turn);
-    const double wanted = motion.rotation / steps;
-    for (int step = 0; step < steps; ++step) {
-        physics::rotate(wire_, motion.device, wanted);
-        report.rotation += std::abs(wanted);
-        count_turn(motion.device, wanted);
-        relax(share, report);
-    }
-    motion.rotation = 0;
-}
-
-void Simulation::relax(int updates, StepReport& report) {
-    const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
-                                         scenario_.budget.distal_segments};
-    accumulate(report.relax, relaxer_->relax(wire_, budget));
 }
 
 void Simulation::state(geometry::StateStream& s) {

@@ -17,6 +17,8 @@ using geometry::Vec3;
 
 namespace {
 
+/// A wire that goes through an open end passes within this many of its radii.
+constexpr double opening_reach = 1.5;
 /// Corrections of what friction moves after each part of a motion.
 constexpr int most_drags = 8;
 
@@ -58,6 +60,26 @@ Simulation::Tip Simulation::tip_of(script::Held held) const {
 
 geometry::Vec3 Simulation::tip() const {
     return tip_of(scenario_.target.device).at;
+}
+
+/// The wire has left by an end if it passed the end's opening outward more often than inward.
+bool Simulation::tip_has_left() const {
+    return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
+        const geometry::OpenEnd& opening = end.opening;
+        const double reach = opening_reach * opening.radius;
+        int out = 0;
+        double before = std::min(0.0, (wire_.joints[0] - opening.centre).dot(opening.outward_normal));
+        for (int i = 1; i <= wire_.segments(); ++i) {
+            const double beyond = (wire_.joints[i] - opening.centre).dot(opening.outward_normal);
+            if ((beyond > 0) != (before > 0)) {
+                const double part = before / (before - beyond);
+                const Vec3 at = wire_.joints[i - 1] + part * (wire_.joints[i] - wire_.joints[i - 1]);
+                if ((at - opening.centre).norm() < reach) out += beyond > 0 ? 1 : -1;
+            }
+            before = beyond;
+        }
+        return out > 0;
+    });
 }
 
 double Simulation::passes_on(int device) const {
