@@ -33,7 +33,8 @@ bool Simulation::vessels_can_stay() const {
                scenario::vessel_give_shows;
 }
 
-/// By which the devices at rest push the vessels aside now; those that stay would be, at most.
+/// By which the devices at rest push the vessels aside now; those that stay would be, by
+/// the forces on them as they stay.
 scenario::VesselGive Simulation::pushed_now() const {
     const physics::Foundation* foundation = wall_->foundation();
     scenario::VesselGive found;

@@ -79,9 +79,11 @@ std::vector<Place> rounded(std::span<const geometry::Station> stations, const st
 }  // namespace
 
 std::string vessels_sentence(const VesselGive& give, bool stay, bool as_asked) {
-    const std::string where = give.branch.empty() ? "them" : "'" + give.branch + "'";
-    return fmt::format("vessels {}{}: within reach devices can push {} aside by {:.2g} mm{}",
-                       stay ? "stay where they are" : "make way", as_asked ? " as asked" : "", where,
+    if (give.branch.empty())
+        return fmt::format("vessels {}{}: within reach devices push none aside",
+                           stay ? "stay where they are" : "make way", as_asked ? " as asked" : "");
+    return fmt::format("vessels {}{}: within reach devices can push '{}' aside by {:.2g} mm{}",
+                       stay ? "stay where they are" : "make way", as_asked ? " as asked" : "", give.branch,
                        give.most, stay ? ", which is left out" : "");
 }
 

@@ -81,6 +81,8 @@ device = "bentson035"
 frictionless = true
 [chain]
 torsion = "rigid"
+[tissue]
+rigid = true
 [target]
 centre_mm = [0, 0, 60]
 )",
