@@ -26,8 +26,7 @@ double energy_of(const exercise::Simulation& simulation) {
 }
 
 double loss_of(const exercise::Simulation& simulation) {
-    return simulation.wire().friction_loss + simulation.wire().rub_loss +
-           simulation.model_changes().released;
+    return simulation.wire().friction_loss + simulation.wire().rub_loss + simulation.model_changes().released;
 }
 
 /// What the hands did from one rest to the next, by the mean of the loads.
@@ -49,10 +48,11 @@ double HandBalance::error() const {
 }
 
 HandCourse::HandCourse(const StudyOptions& options, const HandScene& scene) {
-    simulation_ = std::make_unique<exercise::Simulation>(
-        scenario::load_scenario(scenario::find_scenario(scene.scenario, options.scenarios), options.devices,
-                                scene.with),
-        options.cache);
+    scenario::Scenario s = scenario::load_scenario(scenario::find_scenario(scene.scenario, options.scenarios),
+                                                   options.devices, scene.with);
+    // The model's sizes are those of vessels that make way, even where that does not show.
+    if (!s.tube && !s.tissue.rigid) s.tissue.rigid = false;
+    simulation_ = std::make_unique<exercise::Simulation>(s, options.cache);
     simulation_->step();  // at rest, with loads
     energy_ = energy_of(*simulation_);
     friction_ = loss_of(*simulation_);
