@@ -151,7 +151,7 @@ StudyResult run_hands(const StudyOptions& options) {
     Work work(options, static_cast<int>(all.size()) + frames);
     std::vector<BehaviourRun> runs(all.size());
     work.run(static_cast<int>(all.size()), [&](int k) {
-        runs[static_cast<std::size_t>(k)] = all[static_cast<std::size_t>(k)](options);
+        runs[static_cast<std::size_t>(k)] = all[static_cast<std::size_t>(k)].run(options);
         return runs[static_cast<std::size_t>(k)].behaviour;
     });
     const std::vector<FeltPushes> felt =

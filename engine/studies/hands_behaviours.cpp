@@ -48,13 +48,8 @@ double hysteresis(const std::vector<HandSample>& samples, int right, int left) {
 }
 
 /// The wire's bend, wide for the arch, meets both walls of the aorta: the hub winds it up until it flips.
-BehaviourRun whip(const StudyOptions& options) {
-    Trial trial(options, "whip", {"arch", {{"chain.adaptive", "false"}}},
-                "glide035 with a bend of 130 deg over 45 mm",
-                "420 mm in, then the hub is turned by 400 deg and back");
+BehaviourRun whip(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(420);
-    trial.draw("before");
     const std::size_t first = course.samples().size();
     course.begin();
     course.turn(400 * degree);
@@ -74,13 +69,7 @@ BehaviourRun whip(const StudyOptions& options) {
 }
 
 /// The wire of the bench, in an artery that bends: where the exercise's expert turns it.
-BehaviourRun wind_up(const StudyOptions& options) {
-    Trial trial(
-        options, "wind-up", {"cerebral", {}}, "floppy014",
-        "57 mm on, into the first part of the middle cerebral artery, then the hub is turned by a turn "
-        "to and fro, three times");
-    trial.course.feed(57);
-    trial.draw("before");
+BehaviourRun wind_up(Trial& trial) {
     for (const double turn : {360.0, -360.0, 360.0}) {
         trial.course.begin();
         trial.course.turn(turn * degree);
@@ -93,12 +82,8 @@ BehaviourRun wind_up(const StudyOptions& options) {
                         fmt::format("torque at the hub up to {:.2f} N mm", torque));
 }
 
-BehaviourRun stick_slip(const StudyOptions& options) {
-    Trial trial(options, "stick-slip", {"renal", {}}, "glide035",
-                "200 mm in; five times the hand rests for 0.4 s and pushes on by 3 mm");
+BehaviourRun stick_slip(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(200);
-    trial.draw("before");
     double ratio = 0;
     std::string each;
     constexpr int times = 5;
@@ -123,14 +108,8 @@ BehaviourRun stick_slip(const StudyOptions& options) {
     return trial.finish(ratio, ratio > 1.02, "each time [N]: " + each);
 }
 
-BehaviourRun prolapse(const StudyOptions& options) {
-    Trial trial(options, "prolapse", {"renal", {}}, "glide035 with a bend of 100 deg over 30 mm",
-                "turned by 60 deg, so that its tip goes into the internal iliac artery, and 180 mm in");
+BehaviourRun prolapse(Trial& trial) {
     HandCourse& course = trial.course;
-    course.turn_step = 5 * degree;
-    course.turn(60 * degree);
-    course.feed(130);
-    trial.draw("in the branch");
     course.feed(50);
     const WayBack back = way_back(course.samples(), 0, 0);
     const HandSample &from = course.samples()[back.from], &to = course.samples()[back.to];
@@ -141,10 +120,7 @@ BehaviourRun prolapse(const StudyOptions& options) {
                     trial.vessel_at(to.devices[0].tip), from.devices[0].push, to.devices[0].push));
 }
 
-BehaviourRun buckling(const StudyOptions& options) {
-    Trial trial(options, "buckling", {"iliac_aorta", {{"guidewire.buckling_force_N", "0"}}},
-                "glide035 without a stated force of buckling",
-                "pushed on until the narrowing aorta above the image holds the tip and the shaft bows");
+BehaviourRun buckling(Trial& trial) {
     const bool bowed = trial.course.feed(530, Held::Wire, [&] { return trial.course.last().buckled; });
     trial.draw("at the end");
     return trial.finish(largest_push(trial.course), bowed,
@@ -153,12 +129,8 @@ BehaviourRun buckling(const StudyOptions& options) {
 }
 
 /// The hub is drawn back until the tip has moved by a millimetre.
-BehaviourRun release(const StudyOptions& options) {
-    Trial trial(options, "release", {"renal", {}}, "glide035 with a bend of 100 deg over 30 mm",
-                "115 mm in, its tip in the internal iliac artery, then drawn back");
+BehaviourRun release(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(115);
-    trial.draw("pushed");
     const double pushed = course.reading().push, stored = course.last().stored,
                  inside = course.reading().inserted;
     const Vec3 tip = course.reading().tip;
@@ -174,12 +146,8 @@ BehaviourRun release(const StudyOptions& options) {
 }
 
 /// The bend comes down into a sinus, and the wire folds over it.
-BehaviourRun root_loop(const StudyOptions& options) {
-    Trial trial(options, "root loop", {"coronary", {}}, "glide035 with a bend of 90 deg over 45 mm",
-                "from the right arm, turned by 180 deg and 300 mm in");
+BehaviourRun root_loop(Trial& trial) {
     HandCourse& course = trial.course;
-    course.turn_step = 5 * degree;
-    course.turn(180 * degree);
     double width = 0, past = 0, inside = 0;
     for (int k = 0; k < 60; ++k) {
         course.feed(5);
@@ -197,12 +165,7 @@ BehaviourRun root_loop(const StudyOptions& options) {
                     inside, past, largest_push(course)));
 }
 
-BehaviourRun straightening(const StudyOptions& options) {
-    Trial trial(options, "straightening", {"iliac_aorta", {{"guidewire.device", "\"lunderquist035\""}}},
-                "lunderquist035, vessels in tissue",
-                "from the groin up the aorta, 450 mm, so that the shaft lies in the iliac artery");
-    trial.course.feed(20);
-    trial.draw("before");
+BehaviourRun straightening(Trial& trial) {
     double most = 0, at = 0;
     trial.course.feed(430, Held::Wire, [&] {
         const double now = trial.course.last().vessel_moved;
@@ -215,11 +178,8 @@ BehaviourRun straightening(const StudyOptions& options) {
         fmt::format("with {:.0f} mm inside; push up to {:.2f} N", at, largest_push(trial.course)));
 }
 
-BehaviourRun wedge(const StudyOptions& options) {
-    Trial trial(options, "wedge", {"coronary_lad", {}}, "floppy014",
-                "pushed on until a branch is too narrow for its tip and the shaft outside bows");
+BehaviourRun wedge(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(80);
     trial.fine_steps();
     const bool bowed = course.feed(60, Held::Wire, [&] { return course.last().buckled; });
     trial.draw("at the end");
@@ -233,11 +193,104 @@ BehaviourRun wedge(const StudyOptions& options) {
                                     trial.vessel_at(course.reading().tip), way, course.reading().push));
 }
 
-const Behaviour all[] = {whip,      wind_up,       stick_slip, prolapse, buckling,
-                         kick_back, deep_seating,  wire_drag,  release,  reformed_simmons,
-                         root_loop, straightening, wedge};
+const Behaviour all[] = {
+    {.name = "whip",
+     .scene = {"arch", {{"chain.adaptive", "false"}}},
+     .devices = "glide035 with a bend of 130 deg over 45 mm",
+     .manipulation = "420 mm in, then the hub is turned by 400 deg and back",
+     .fed = 420,
+     .make = whip},
+    {.name = "wind-up",
+     .scene = {"cerebral"},
+     .devices = "floppy014",
+     .manipulation =
+         "57 mm on, into the first part of the middle cerebral artery, then the hub is turned by a "
+         "turn to and fro, three times",
+     .fed = 57,
+     .make = wind_up},
+    {.name = "stick-slip",
+     .scene = {"renal"},
+     .devices = "glide035",
+     .manipulation = "200 mm in; five times the hand rests for 0.4 s and pushes on by 3 mm",
+     .fed = 200,
+     .make = stick_slip},
+    {.name = "prolapse",
+     .scene = {"renal"},
+     .devices = "glide035 with a bend of 100 deg over 30 mm",
+     .manipulation = "turned by 60 deg, so that its tip goes into the internal iliac artery, and 180 mm in",
+     .turned = 60 * degree,
+     .fed = 130,
+     .make = prolapse},
+    {.name = "buckling",
+     .scene = {"iliac_aorta", {{"guidewire.buckling_force_N", "0"}}},
+     .devices = "glide035 without a stated force of buckling",
+     .manipulation = "pushed on until the narrowing aorta above the image holds the tip and the shaft bows",
+     .make = buckling},
+    {.name = "kick-back",
+     .scene = {"cerebral_micro"},
+     .devices = "floppy014 in micro17 in guide6f",
+     .manipulation = "wire 50 mm on, microcatheter 40 mm after it, then the wire 75 mm on alone",
+     .make = kick_back},
+    {.name = "deep seating",
+     .scene = {"coronary_lad",
+               {{"catheter.device", "\"guide6f\""},
+                {"catheter.outer_diameter_mm", "1.67"},
+                {"catheter.inner_diameter_mm", "1.42"},
+                {"catheter.inserted_mm", "8"}}},
+     .devices = "floppy014 in guide6f of 5F",
+     .manipulation = "wire 60 mm down the anterior descending artery, then the catheter after it",
+     .fed = 60,
+     .make = deep_seating},
+    {.name = "drag",
+     .scene = {"crossover", {{"guidewire.pinned", "false"}}},
+     .devices = "bentson035, held by its valve alone, in omniflush5f",
+     .manipulation =
+         "wire 40 mm out of the catheter's loop; then the catheter alone, 30 mm on and 60 mm back",
+     .fed = 40,
+     .make = wire_drag},
+    {.name = "release",
+     .scene = {"renal"},
+     .devices = "glide035 with a bend of 100 deg over 30 mm",
+     .manipulation = "115 mm in, its tip in the internal iliac artery, then drawn back",
+     .fed = 115,
+     .make = release},
+    {.name = "Simmons",
+     .scene = {"carotid_vertebral",
+               {{"catheter.device", "\"simmons2-5f\""},
+                {"entry.inserted_mm", "226"},
+                {"catheter.inserted_mm", "155"}}},
+     .devices = "glide035 in simmons2-5f",
+     .manipulation =
+         "from the descending aorta, 71 mm of wire ahead: both 100 mm on, the wire into the left "
+         "subclavian artery; the catheter 70 mm over it, until its knee is at the mouth; the wire "
+         "116 mm back, below the knee; then the catheter 160 mm on while it is turned by 270 deg",
+     .make = reformed_simmons},
+    {.name = "root loop",
+     .scene = {"coronary"},
+     .devices = "glide035 with a bend of 90 deg over 45 mm",
+     .manipulation = "from the right arm, turned by 180 deg and 300 mm in",
+     .turned = 180 * degree,
+     .make = root_loop},
+    {.name = "straightening",
+     .scene = {"iliac_aorta", {{"guidewire.device", "\"lunderquist035\""}}},
+     .devices = "lunderquist035, vessels in tissue",
+     .manipulation = "from the groin up the aorta, 450 mm, so that the shaft lies in the iliac artery",
+     .fed = 20,
+     .make = straightening},
+    {.name = "wedge",
+     .scene = {"coronary_lad"},
+     .devices = "floppy014",
+     .manipulation = "pushed on until a branch is too narrow for its tip and the shaft outside bows",
+     .fed = 80,
+     .make = wedge},
+};
 
 }  // namespace
+
+BehaviourRun Behaviour::run(const StudyOptions& options) const {
+    Trial trial(options, *this);
+    return make(trial);
+}
 
 std::span<const Behaviour> behaviours() {
     return all;

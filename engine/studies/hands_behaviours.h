@@ -31,7 +31,20 @@ struct BehaviourRun {
     std::vector<geometry::CentrelineBranch> vessels;
 };
 
-using Behaviour = BehaviourRun (*)(const StudyOptions&);
+class Trial;
+/// A manipulation: what lies where, how the wire is brought to where something is measured, and what the hand
+/// does there.
+struct Behaviour {
+    const char* name;  // of published_sizes()
+    HandScene scene;
+    const char* devices;
+    const char* manipulation;  // all of it, a sentence
+    double turned = 0;         // of the wire's hub first [rad]
+    double fed = 0;            // of the wire then [mm]
+    BehaviourRun (*make)(Trial&) = {};
+
+    BehaviourRun run(const StudyOptions&) const;
+};
 /// In the order of published_sizes(). A quick study makes longer steps where nothing is measured.
 std::span<const Behaviour> behaviours();
 

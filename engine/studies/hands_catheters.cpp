@@ -11,9 +11,7 @@ using geometry::degree;
 using script::Held;
 
 /// A stiffer part of the wire comes into the siphon, which takes up the slack of the microcatheter.
-BehaviourRun kick_back(const StudyOptions& options) {
-    Trial trial(options, "kick-back", {"cerebral_micro", {}}, "floppy014 in micro17 in guide6f",
-                "wire 50 mm on, microcatheter 40 mm after it, then the wire 75 mm on alone");
+BehaviourRun kick_back(Trial& trial) {
     HandCourse& course = trial.course;
     course.feed(50);
     course.feed(40, Held::Microcatheter);
@@ -32,16 +30,8 @@ BehaviourRun kick_back(const StudyOptions& options) {
         Held::Microcatheter);
 }
 
-BehaviourRun deep_seating(const StudyOptions& options) {
-    const std::vector<scenario::Override> extension = {{"catheter.device", "\"guide6f\""},
-                                                       {"catheter.outer_diameter_mm", "1.67"},
-                                                       {"catheter.inner_diameter_mm", "1.42"},
-                                                       {"catheter.inserted_mm", "8"}};
-    Trial trial(options, "deep seating", {"coronary_lad", extension}, "floppy014 in guide6f of 5F",
-                "wire 60 mm down the anterior descending artery, then the catheter after it");
+BehaviourRun deep_seating(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(60);
-    trial.draw("before");
     course.begin();
     const bool bowed =
         course.feed(112, Held::Catheter, [&] { return course.last().buckled || course.last().refused; });
@@ -53,13 +43,8 @@ BehaviourRun deep_seating(const StudyOptions& options) {
                         Held::Catheter);
 }
 
-BehaviourRun wire_drag(const StudyOptions& options) {
-    Trial trial(options, "drag", {"crossover", {{"guidewire.pinned", "false"}}},
-                "bentson035, held by its valve alone, in omniflush5f",
-                "wire 40 mm out of the catheter's loop; then the catheter alone, 30 mm on and 60 mm back");
+BehaviourRun wire_drag(Trial& trial) {
     HandCourse& course = trial.course;
-    course.feed(40);
-    trial.draw("before");
     const double inside = course.reading().inserted;
     course.begin();
     course.feed(30, Held::Catheter);
@@ -75,22 +60,19 @@ BehaviourRun wire_drag(const StudyOptions& options) {
         Held::Catheter);
 }
 
-/// By the left subclavian artery: it holds the tip while the knee forms in the arch, and the push with a turn
-/// lets this slide down the ascending aorta and draws the tip out.
-BehaviourRun reformed_simmons(const StudyOptions& options) {
-    constexpr double turned = 300 * degree, twisted = 300 * degree, into_subclavian = 60, on = 160;
+/// By the left subclavian artery, as physicians make it. The wire leads into the artery, the catheter follows
+/// until its knee is at the mouth, and the wire goes back below the knee. The artery then holds the tip while
+/// the push with a turn slides the knee down the ascending aorta.
+BehaviourRun reformed_simmons(Trial& trial) {
+    constexpr double into_artery = 100, knee_at_mouth = 70;
+    constexpr double below_knee = 116, twisted = 270 * degree, on = 160;
     constexpr int parts = 24;
-    Trial trial(
-        options, "Simmons", {"carotid_vertebral", {{"catheter.device", "\"simmons2-5f\""}}},
-        "glide035 in simmons2-5f",
-        "the wire drawn out, the catheter turned by 300 deg and pushed 60 mm into the left subclavian "
-        "artery, then 160 mm on while it is turned by 300 deg");
     HandCourse& course = trial.course;
-    course.turn_step = 5 * degree;
-    course.feed(-270);
-    course.turn(turned, Held::Catheter);
-    course.feed(into_subclavian, Held::Catheter);
-    trial.draw("in the left subclavian artery");
+    course.turn_step = Trial::far_turn;
+    course.feed(into_artery, Held::All);
+    course.feed(knee_at_mouth, Held::Catheter);
+    course.feed(-below_knee);
+    trial.draw("knee at the mouth");
     course.begin();
     double leg = 0, pushed = 0, past = 0;
     for (int part = 0; part < parts; ++part) {

@@ -5,9 +5,9 @@
 
 namespace studies {
 
-BehaviourRun kick_back(const StudyOptions&);
-BehaviourRun deep_seating(const StudyOptions&);
-BehaviourRun wire_drag(const StudyOptions&);
-BehaviourRun reformed_simmons(const StudyOptions&);
+BehaviourRun kick_back(Trial&);
+BehaviourRun deep_seating(Trial&);
+BehaviourRun wire_drag(Trial&);
+BehaviourRun reformed_simmons(Trial&);
 
 }  // namespace studies

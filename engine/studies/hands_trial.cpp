@@ -2,17 +2,22 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 #include "physics/wall/past_end.h"
 
 namespace studies {
 
-Trial::Trial(const StudyOptions& options, const std::string& behaviour, const HandScene& scene,
-             const std::string& devices, const std::string& manipulation)
-    : course(options, scene), quick_(options.quick) {
-    run_.behaviour = behaviour, run_.scenario = scene.scenario, run_.devices = devices;
-    run_.manipulation = manipulation;
+Trial::Trial(const StudyOptions& options, const Behaviour& behaviour)
+    : course(options, behaviour.scene), quick_(options.quick) {
+    run_.behaviour = behaviour.name, run_.scenario = behaviour.scene.scenario;
+    run_.devices = behaviour.devices, run_.manipulation = behaviour.manipulation;
     far_steps();
+    const double fine_turn = std::exchange(course.turn_step, far_turn);
+    if (behaviour.turned != 0) course.turn(behaviour.turned);
+    course.turn_step = fine_turn;
+    if (behaviour.fed != 0) course.feed(behaviour.fed);
+    if (behaviour.turned != 0 || behaviour.fed != 0) draw("before");
 }
 
 void Trial::draw(const std::string& moment) {

@@ -8,15 +8,16 @@
 
 namespace studies {
 
-/// A course, and what is written of it.
+/// A course, and what is written of it. It begins with the wire turned and fed by long steps, and drawn
+/// there.
 class Trial {
 public:
-    Trial(const StudyOptions&, const std::string& behaviour, const HandScene&, const std::string& devices,
-          const std::string& manipulation);
+    Trial(const StudyOptions&, const Behaviour&);
 
     HandCourse course;
     /// Keeps where every device lies now.
     void draw(const std::string& moment);
+    static constexpr double far_turn = 5 * geometry::degree;
     /// Steps for the way to where something is measured.
     void far_steps() { course.feed_step = quick_ ? 1.0 : 0.5; }
     void fine_steps() { course.feed_step = quick_ ? 0.25 : 0.1; }
