@@ -103,6 +103,14 @@ std::string band(const Curve& c, const PublishedSize& p, const io::Table& table)
         c.band == Curve::Band::BelowTop ? -0.8 : 0.8);
 }
 
+/// Between tics of a narrow axis: 1, 2 or 5 times a power of ten, at most five times in the range.
+double tic_step(double range) {
+    const double least = range / 5, power = std::pow(10, std::floor(std::log10(least)));
+    for (const double times : {1.0, 2.0, 5.0})
+        if (times * power >= least) return times * power;
+    return 10 * power;
+}
+
 /// What the devices cover and a margin, neither side less than 0.6 of the other, so that axes can be read.
 std::string range_of_drawing(const BehaviourRun& run, int across, int up) {
     constexpr double margin = 12, least_share = 0.6;
@@ -113,15 +121,17 @@ std::string range_of_drawing(const BehaviourRun& run, int across, int up) {
         if (const double lacks = least_share * (high[wide] - low[wide]) - (high[narrow] - low[narrow]);
             lacks > 0)
             low[narrow] -= 0.5 * lacks, high[narrow] += 0.5 * lacks;
-    return fmt::format("set xrange [{:.0f}:{:.0f}]\nset yrange [{:.0f}:{:.0f}]\n", low[across] - margin,
-                       high[across] + margin, low[up] - margin, high[up] + margin);
+    return fmt::format("set xrange [{:.0f}:{:.0f}]\nset yrange [{:.0f}:{:.0f}]\nset xtics {}\n",
+                       low[across] - margin, high[across] + margin, low[up] - margin, high[up] + margin,
+                       tic_step(high[across] - low[across] + 2 * margin));
 }
 
 /// The devices at the moments that were kept, in the vessels.
 void draw(io::Plot& plot, const BehaviourRun& run, const std::string& view, const std::string& mine) {
     const int across = view[0] - 'x', up = view[2] - 'x';  // coordinates
     plot.commands += fmt::format(
-        "unset object 1\nunset label 1\nset key on outside below noenhanced\nset size ratio -1\nset xlabel "
+        "unset object 1\nunset label 1\nset key on outside right top vertical noenhanced\nset size ratio "
+        "-1\nset xlabel "
         "'{} [mm]'\nset ylabel '{} [mm]'\nset title '{}, {}' noenhanced\n{}plot ",
         view[0], view[2], run.scenario, run.devices, range_of_drawing(run, across, up));
     plot.curve(
@@ -133,22 +143,23 @@ void draw(io::Plot& plot, const BehaviourRun& run, const std::string& view, cons
         plot.curve(
             fmt::format("'hands_paths.csv' skip 1 using ({} && strcol(2) eq '{}' && strcol(3) eq '{}' ? ${} "
                         ": 1/0):{} with "
-                        "lines lw {} lc rgb '{}' title '{} {}'",
+                        "lines lw {} lc rgb '{}' title '{}, {}'",
                         mine, run.paths[k].moment, run.paths[k].device, 4 + across, 4 + up,
-                        run.paths[k].device == "wire" ? 1.5 : 3.5, colours[k % std::size(colours)],
+                        run.paths[k].device == "wire" ? 2.0 : 3.5, colours[k % std::size(colours)],
                         run.paths[k].device, run.paths[k].moment));
 }
 
 io::Plot picture(const BehaviourRun& run, const io::Table& table) {
     const Curve& c = curve_of(run.behaviour);
     const PublishedSize& p = published_size(run.behaviour);
-    io::Plot plot{"hands_" + slug(run.behaviour), "", 1150, 520};
+    io::Plot plot{"hands_" + slug(run.behaviour), "", 1250, 520};
     const std::string range = p.known() && p.same_kind ? fmt::format("published {:g} to {:g}", p.low, p.high)
                               : p.known() ? fmt::format("of another course {:g} to {:g}", p.low, p.high)
                                           : "no published size";
     const std::string mine = fmt::format("strcol(1) eq '{}'", run.behaviour);
     plot.commands = fmt::format(
-        "set multiplot layout 1,2 title '{}: {:.3g}{} ({})' noenhanced\nset grid lc rgb '#dddddd'\nset key "
+        "set multiplot layout 1,2 title '{}: {:.3g}{} ({})' noenhanced\nset grid lt 1 lc rgb '#dddddd'\nset "
+        "key "
         "noenhanced\nset xlabel '{}'\nset ylabel '{}'\nset title 'What the hand does and feels' "
         "noenhanced\n{}set key off\nplot 'hands_curves.csv' skip 1 using ({} && ${} >= {} && ${} <= {} ? ${} "
         ": 1/0):{} with lines lw 2 lc rgb '#0072B2'\n",
@@ -162,7 +173,7 @@ io::Plot picture(const BehaviourRun& run, const io::Table& table) {
 
 /// Each size over its published range: inside between the lines at 0 and 1.
 io::Plot overview(std::span<const BehaviourRun> runs) {
-    io::Plot plot{"hands", "", 1000, 560};
+    io::Plot plot{"hands", "", 1000, 600};
     std::string rows, tics;
     int y = static_cast<int>(runs.size());
     for (const BehaviourRun& run : runs) {
@@ -180,11 +191,12 @@ io::Plot overview(std::span<const BehaviourRun> runs) {
         --y;
     }
     plot.commands = fmt::format(
-        "$sizes << EOD\n{}EOD\nset datafile separator whitespace\nset grid lc rgb '#dddddd'\nset xrange "
+        "$sizes << EOD\n{}EOD\nset datafile separator whitespace\nset grid lt 1 lc rgb '#dddddd'\nset xrange "
         "[-0.7:1.7]\nset yrange [0.3:{}]\nset ytics noenhanced ({})\nset xtics ('low end' 0, 'high end' "
         "1)\nset "
         "xlabel 'size in its published range'\nset object 1 rectangle from 0, graph 0 to 1, graph 1 fc rgb "
-        "'#009E73' fs transparent solid 0.15 noborder behind\nset key outside below\nset bmargin 6\nset "
+        "'#009E73' fs transparent solid 0.15 noborder behind\nset key outside center bottom vertical maxrows "
+        "2\nset bmargin 8\nset "
         "title 'What devices do in "
         "hands, beside published sizes'\nplot $sizes using ($3 == 0 ? $1 : 1/0):2 with points pt 7 ps 1.8 lc "
         "rgb '#0072B2' title 'of this kind of course', $sizes using ($3 == 1 ? $1 : 1/0):2 with points pt 6 "
