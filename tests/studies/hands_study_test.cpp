@@ -119,7 +119,8 @@ TEST(HandsStudy, AWhipIsAJumpWhoseEnergyIsLostAndNothingElseIs) {
         if (b.jumped) largest = std::max(largest, (b.devices[0].tip - a.devices[0].tip).norm());
         EXPECT_GE(b.jumps, a.jumps);
     }
-    EXPECT_GT(largest, 1);  // of an eighth of a degree of the hub [mm]
+    // An eighth of a degree of the hub moves a tip 10 mm beside its axis by 0.02 mm.
+    EXPECT_GT(largest, 0.5);
 }
 
 TEST(HandsStudy, WayBackIsTheFarthestThatTheTipWentBackAlongItself) {

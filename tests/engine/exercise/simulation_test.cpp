@@ -309,10 +309,10 @@ TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
             with_pieces += pieces(simulation.wire()) > 0;
         }
         EXPECT_NEAR(simulation.inserted(), 24, 1e-9);
-        go(simulation, 10, script::Withdraw{1});
+        go(simulation, 12, script::Withdraw{1});
         EXPECT_EQ(pieces(simulation.wire()), 0);
-        EXPECT_EQ(simulation.wire().segments(), 7);
-        EXPECT_NEAR(simulation.inserted(), 14, 1e-9);
+        EXPECT_EQ(simulation.wire().segments(), 6);
+        EXPECT_NEAR(simulation.inserted(), 12, 1e-9);
         return simulation.state_hash();
     };
     for (double roll = 0; roll < 6.28; roll += 0.6) {
