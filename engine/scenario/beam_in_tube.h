@@ -19,8 +19,8 @@ struct TubeNode {
 /// How far the beam pushes the tube aside, at each node, across the tube [mm]. Beam and tube bear
 ///     U = ½∫ EI |x″ − κ⁰|² + k_f |d|² + B |d″|² + 20 k_f (|x − c − d| − clearance)₊² ds,
 /// x and d across the axis c: convex, so that there is one answer, of whatever course. The beam is free at
-/// its ends, or `clamped` along the axis where the tube begins. `step`: between nodes [mm]. At least four nodes,
-/// the first ones with a beam; moduli > 0.
+/// its ends, or `clamped` along the axis where the tube begins. `step`: between nodes [mm]. At least four
+/// nodes, the first ones with a beam; moduli > 0.
 std::vector<double> pushed_aside(const std::vector<TubeNode>&, double step, bool clamped);
 
 }  // namespace scenario
