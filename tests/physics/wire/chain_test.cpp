@@ -327,7 +327,9 @@ TEST(Feed, PiecesOfTheGrowingSegmentStayWhereTheyAreUntilTheyGoOut) {
             ASSERT_GE(shortest, least_piece * lambda * (1 - 1e-6)) << round << ' ' << k;
             // A joint that the next whole one comes near goes.
             const double whole = std::abs(place / lambda - std::round(place / lambda));
-            if (whole > least_piece + 1e-9) EXPECT_LT(nearest, 1e-9) << round << ' ' << k;
+            if (whole > least_piece + 1e-9) {
+                EXPECT_LT(nearest, 1e-9) << round << ' ' << k;
+            }
             kept += nearest < 1e-9;
         }
         // What goes out is made whole.
