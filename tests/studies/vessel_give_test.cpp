@@ -22,10 +22,10 @@ struct Scene {
     explicit Scene(const std::string& name)
         : simulation(
               [&] {
-                  scenario::Scenario s = test::shipped_scenario(name);
-                  s.tissue.rigid = false;
-                  s.torsion = scenario::TorsionModel::Rigid;
-                  return s;
+                  scenario::Scenario shipped = test::shipped_scenario(name);
+                  shipped.tissue.rigid = false;
+                  shipped.torsion = scenario::TorsionModel::Rigid;
+                  return shipped;
               }(),
               test::cache()),
           s(simulation.scenario()),
