@@ -11,11 +11,11 @@ namespace {
 constexpr double steepest = 1.1;     // of penetration at most, smoothed creases included
 constexpr double shortest = 0.01;    // stretch of a segment that is still halved [mm]
 constexpr double precision = 0.02;   // of the depth that is found [mm]
-constexpr double near_to = 0.25;     // λ: a wall so near that a segment would cross it, which is split
-constexpr double clear_of = 0.4;     // λ: of the wall is a segment that is made whole
+constexpr double near_to = 0.25;     // of λ: a segment that would cross a wall nearer by this is split
+constexpr double clear_of = 0.4;     // of λ: a segment made whole would not cross a wall nearer by this
 constexpr double whole_share = 0.5;  // of the tolerance that a segment made whole may use
 constexpr double least_part = 0.25;  // of a segment that a split leaves on either side
-constexpr int rounds_of_splits = 4;  // which leave pieces of λ/16 at most
+constexpr int rounds_of_splits = 4;  // at most; pieces stay no shorter than least_piece
 
 /// A place of a segment where the wall was asked.
 struct Probe {
