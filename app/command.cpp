@@ -197,8 +197,15 @@ scenario::Scenario scenario_of(const script::CommandScript& recording, const std
 }
 
 scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set) {
-    return scenario::load_scenario(scenario::find_scenario(file_or_name, assets() / "scenarios"),
-                                   assets() / "devices", overrides_of(set));
+    return load_exercise(scenario::find_scenario(file_or_name, assets() / "scenarios"), set);
+}
+
+scenario::Scenario load_exercise(const std::filesystem::path& file, const std::vector<std::string>& set) {
+    scenario::Scenario scenario = scenario::load_scenario(file, assets() / "devices", overrides_of(set));
+    if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
+        if (scenario::Benchmark own = scenario::benchmark_in(folder, scenario.name); own.given())
+            scenario.lesson.benchmark = std::move(own);
+    return scenario;
 }
 
 std::optional<script::CommandScript> script_for(const scenario::Scenario& scenario,

@@ -45,6 +45,7 @@ Command add_show(CLI::App&);
 Command add_cache(CLI::App&);
 Command add_serve(CLI::App&);
 Command add_bake(CLI::App&);
+Command add_benchmark(CLI::App&);
 
 /// To be called first. From here on Ctrl-C, SIGTERM and SIGHUP ask the command to stop. One that asks
 /// stop_requested() has time to keep what it has; a second signal, or work that does not ask for half a
@@ -93,6 +94,8 @@ scenario::Scenario scenario_of(const script::CommandScript&, const std::string& 
 /// The scenario in a file (.toml), or the one of that name that ships, with values as overrides_of() reads
 /// them. Throws InputError.
 scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set = {});
+/// The scenario in the file, measured by the user's own benchmark where there is one. Throws InputError.
+scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {});
 /// The script in the file, or without a name the one that ships with the scenario, if any. Throws InputError.
 std::optional<script::CommandScript> script_for(const scenario::Scenario&, const std::string& named);
 

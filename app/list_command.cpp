@@ -7,6 +7,7 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy.h"
+#include "engine/exercise/grade.h"
 #include "engine/scenario/device.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
@@ -17,7 +18,7 @@ namespace app {
 namespace {
 
 scenario::Scenario load(const std::filesystem::path& file) {
-    return scenario::load_scenario(file, assets() / "devices");
+    return load_exercise(file);
 }
 
 std::string figure(const std::optional<double>& value, const char* unit) {
@@ -31,6 +32,10 @@ void list_devices() {
     }
 }
 
+std::string skilled_time(const scenario::Benchmark& skilled) {
+    return skilled.completed_after.given() ? fmt::format("{:.0f} s", skilled.completed_after.mean()) : "-";
+}
+
 /// By level; those outside the curriculum come last.
 void list_scenarios() {
     std::vector<scenario::Scenario> all;
@@ -42,11 +47,11 @@ void list_scenarios() {
     });
     std::size_t widest = 0;
     for (const scenario::Scenario& s : all) widest = std::max(widest, s.name.size());
-    print("{:<{}}  level     par  exercise\n", "name", widest);
+    print("{:<{}}  level  skilled  exercise\n", "name", widest);
     for (const scenario::Scenario& s : all)
-        print("{:<{}}  {:>5}  {:>6}  {}\n", s.name, widest,
+        print("{:<{}}  {:>5}  {:>7}  {}\n", s.name, widest,
               s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
-              figure(s.lesson.par.completion_time, "s"), s.title);
+              skilled_time(s.lesson.benchmark), s.title);
 }
 
 void show_scenario(const scenario::Scenario& s, const std::string& cache_folder) {
@@ -79,11 +84,11 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
                                               : ""));
     line("limits", fmt::format("time {}, beam {}, contrast {:.0f} ml", figure(s.time_limit, "s"),
                                figure(s.beam_limit, "s"), s.blood.limit));
-    const scenario::Par& par = s.lesson.par;
-    if (par.given())
-        line("par", fmt::format("time {}, beam {}, contrast {}, travel {}", figure(par.completion_time, "s"),
-                                figure(par.beam_on_time, "s"), figure(par.contrast, "ml"),
-                                figure(par.wire_travel, "mm")));
+    if (const scenario::Benchmark& skilled = s.lesson.benchmark; skilled.given()) {
+        line("skilled", fmt::format("{} attempts by {}", skilled.attempts, skilled.by));
+        for (const exercise::GradeLine& of : exercise::grade({}, skilled).lines)
+            if (of.mean) line("", fmt::format("{:<32} {}", of.measure->name, exercise::skilled_text(of)));
+    }
     for (const scenario::SuggestedView& view : s.lesson.views)
         line("look",
              fmt::format("{} {:.0f}, {} {:.0f}: {}", view.lao < 0 ? "RAO" : "LAO",
@@ -121,7 +126,7 @@ Command add_list(CLI::App& parser) {
         "Examples:\n"
         "  seldinger list                   the scenarios, by level\n"
         "  seldinger list devices           wires and catheters of the catalogue\n"
-        "  seldinger list renal             target, ends, branches, par and hints of one scenario\n"
+        "  seldinger list renal             target, ends, branches, benchmark and hints of one scenario\n"
         "Exit codes: 0 done, 2 bad input.");
     return {command, [arguments] {
                 if (arguments->what == "devices")

@@ -41,7 +41,7 @@ std::pair<int, int> size_of(const std::string& words) {
 Exercise exercise_of(const std::filesystem::path& file) {
     Exercise exercise;
     exercise.file = file;
-    exercise.scenario = scenario::load_scenario(file, assets() / "devices");
+    exercise.scenario = load_exercise(file);
     const std::filesystem::path folder = assets(),
                                 script = folder / "scripts" / (exercise.scenario.name + ".gw");
     exercise.picture = file.parent_path() / (exercise.scenario.name + ".png");

@@ -7,6 +7,8 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
+#include "engine/anatomy/clinical_names.h"
+#include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
 #include "engine/io/error.h"
@@ -80,19 +82,23 @@ void print_line(const std::string& name, const std::string& value) {
     print("  {:<34} {}\n", name, value);
 }
 
-void print_score(const exercise::Score& s, const scenario::Par& par) {
+void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark) {
     const auto number = [](std::optional<double> value, const char* unit, int digits) {
         return value ? fmt::format("{:.{}f} {}", *value, digits, unit) : std::string("-");
     };
-    if (par.given()) {
-        const exercise::Grade grade = exercise::grade(s, par);
-        print("  {:<34} {:>12} {:>12} {:>8}\n", "", "yours", "par", "costs");
-        for (const exercise::GradeLine& line : grade.lines)
-            print("  {:<34} {:>12} {:>12} {:>8.1f}\n", line.name, number(line.yours, line.unit.c_str(), 1),
-                  number(line.par, line.unit.c_str(), 1), line.cost);
-        print("  {:<34} {:.0f} of 100\n  ({})\n\n", "Points", grade.points, exercise::grade_formula);
+    if (benchmark.given()) {
+        const exercise::Grade grade = exercise::grade(s, benchmark);
+        print("  {:<34} {:>12} {:>16} {:>8}\n", "", "yours", "skilled", "costs");
+        for (const exercise::GradeLine& line : grade.lines) {
+            print("  {:<34} {:>12} {:>16} {:>8.1f}{}\n", line.measure->name, exercise::own_text(line),
+                  exercise::skilled_text(line), line.cost, line.unseen ? "  no angiogram" : "");
+        }
+        print("  {:<34} {:>12} {:>16} {:>8.1f}\n", "Injuries of the wall",
+              grade.dissections + grade.perforations, "", grade.cost_of_injuries());
+        print("  {:<34} {:.0f} of 100\n  ({})\n  skilled: {} attempts by {}\n\n", "Points", grade.points,
+              exercise::grade_formula, benchmark.attempts, benchmark.by);
     }
-    print_line("target", s.completed ? "reached after " + number(s.completion_time, "s", 2) : "not reached");
+    print_line("target", s.completed ? fmt::format("reached after {:.2f} s, {:.2f} s after the first motion", *s.completed_after, *s.completion_time) : "not reached");
     print_line("beam", fmt::format("{:.1f} s, {} pulses, {} DSA runs, {} views", s.beam_on_time, s.pulses,
                                    s.runs, s.views));
     print_line("contrast", number(s.contrast, "ml", 1));
@@ -109,7 +115,7 @@ void print_score(const exercise::Score& s, const scenario::Par& par) {
                            s.peak_wall_force, s.mean_wall_force, s.time_over_force,
                            exercise::MishapLimits().force, s.wall_force_impulse));
     for (const exercise::WrongBranch& branch : s.wrong_branches)
-        print_line("wrong branch " + branch.name,
+        print_line("wrong: " + anatomy::clinical_name(branch.name),
                    fmt::format("{} time{}, {:.1f} s", branch.entries, branch.entries == 1 ? "" : "s",
                                branch.seconds));
     for (const exercise::MishapMark& mark : s.mishaps) {
@@ -132,10 +138,10 @@ int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
           played.seconds > 0 ? simulated / played.seconds : 0.0);
     for (std::size_t k = 0; k < result.earlier.size(); ++k)
         print("attempt {}: {}\n", k + 1, result.earlier[k].completed ? "reached" : "not reached");
-    print_score(result.score, result.par);
+    print_score(result.score, result.benchmark);
     if (!arguments.out.empty())
         io::write_whole(arguments.out, exercise::to_json({origin.program, origin.learner, result.score,
-                                                          result.earlier, result.par}));
+                                                          result.earlier, result.benchmark}));
     return verdict(played);
 }
 

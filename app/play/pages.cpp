@@ -220,24 +220,22 @@ void Play::draw_end() {
     }
     if (grade_ && ImGui::BeginTable("score", 4, ImGuiTableFlags_RowBg)) {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, u(260));
-        for (const char* name : {"yours", "par", "costs"})
+        for (const char* name : {"yours", "skilled", "costs"})
             ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, u(96));
         // Not as headers, which keys could reach between the buttons.
         ImGui::TableNextRow();
-        for (const char* name : {"", "yours", "par", "costs"}) {
+        for (const char* name : {"", "yours", "skilled", "costs"}) {
             ImGui::TableNextColumn();
             text(palette::label, name);
         }
         for (const exercise::GradeLine& line : grade_->lines) {
-            const int digits = line.unit == "N" ? 2 : line.unit == "s" ? 1 : 0;
             ImGui::TableNextRow();
             ImGui::TableNextColumn();
-            text(palette::value, line.name);
+            text(palette::value, line.measure->name);
             ImGui::TableNextColumn();
-            text(line.cost > 0 ? palette::caution : palette::value,
-                 line.yours ? fmt::format("{:.{}f} {}", *line.yours, digits, line.unit) : "-");
+            text(line.cost > 0 ? palette::caution : palette::value, exercise::own_text(line));
             ImGui::TableNextColumn();
-            text(palette::label, line.par ? fmt::format("{:.{}f} {}", *line.par, digits, line.unit) : "-");
+            text(palette::label, exercise::skilled_text(line));
             ImGui::TableNextColumn();
             text(line.cost > 0 ? palette::alarm : palette::faint,
                  line.cost > 0 ? fmt::format("-{:.0f}", line.cost) : "0");
@@ -255,8 +253,6 @@ void Play::draw_end() {
                     fmt::format("The tip was in {} for {:.1f} s.", branch.name, branch.seconds));
     } else if (view_->tuned) {
         text(palette::label, "The instructor changed the model: this attempt has no score.");
-    } else if (!free_practice_ && !session_->options().script) {
-        text(palette::label, "Par is being worked out ...");
     } else if (free_practice_) {
         text(palette::value, fmt::format("{:.0f} s, {} times taken back", view_->readout.time.value_or(0),
                                          view_->taken_back));

@@ -66,10 +66,6 @@ Play::Play(Window& window, PlayOptions options)
         open(*options_.start, options_.free_practice);
 }
 
-Play::~Play() {
-    give_up_par();
-}
-
 bool Play::load_settings() const {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(options_.settings, ignored)) return true;
@@ -126,37 +122,6 @@ void Play::open(std::size_t exercise, bool free_practice) {
     view_ = session_->view();
     drawn_serial_ = drawn_image_ = -1;
     screen_ = is_replay_ || shows_solution_ ? Screen::Room : Screen::Briefing;
-
-    give_up_par();
-}
-
-void Play::give_up_par() {
-    par_stops_ = true;
-    if (par_.valid()) par_.get();
-    par_stops_ = false;
-    known_par_.reset();
-    par_asked_ = false;
-}
-
-/// Runs on a thread of its own, once the vessels are in the cache.
-void Play::ask_par() {
-    const Exercise& chosen = options_.exercises[*chosen_];
-    if (par_asked_ || free_practice_ || session_->options().script) return;
-    if (!chosen.solution && !chosen.scenario.lesson.par.given()) return;
-    par_asked_ = true;
-    par_ = std::async(std::launch::async, [scenario = chosen.scenario,
-                                           solution = chosen.solution.value_or(script::CommandScript()),
-                                           folder = options_.cache, &stop = par_stops_] {
-        anatomy::ModelCache cache;
-        cache.folder = folder;
-        std::optional<scenario::Par> par;
-        try {
-            par = room::par_of(scenario, solution, cache, stop);
-        } catch (const std::exception&) {
-            // A scenario without a par can still be played.
-        }
-        return par;
-    });
 }
 
 void Play::play_solution() {
@@ -169,7 +134,6 @@ void Play::leave() {
         measure_.write(options_.measure, view_->frames, view_->lost_frames);
     if (view_) differed_ = differed_ || !view_->differences.empty();
     session_.reset();
-    give_up_par();
     view_.reset();
     shows_solution_ = is_replay_ = false;
     menu_ = false;
@@ -311,18 +275,12 @@ room::Input Play::input_of(const Events& events) {
 }
 
 void Play::watch_session() {
-    if (par_.valid() && par_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-        known_par_ = par_.get();
-        redraw_ = 3;
-        if (screen_ == Screen::End) settle();
-    }
     std::string title = "Seldinger";
     if (session_) {
         view_ = session_->view();
         constexpr const char* phases[] = {"loading", "ready", "running", "paused", "ended", "failed"};
         title = fmt::format("Seldinger - {} - {}", session_->options().scenario.name,
                             countdown_ ? "countdown" : phases[static_cast<int>(view_->phase)]);
-        if (view_->phase == Phase::Ready) ask_par();
         if (view_->phase == Phase::Ready && screen_ == Screen::Room) {
             if (shows_solution_ || is_replay_) {
                 session_->give(room::Control::Start);
@@ -342,13 +300,12 @@ void Play::watch_session() {
 void Play::end_attempt() {
     screen_ = Screen::End;
     redraw_ = 3;
-    if (!par_.valid()) settle();
+    settle();
 }
 
-/// Sets the grade once everything that it needs is known.
 void Play::settle() {
     if (session_->options().script || free_practice_ || grade_ || view_->tuned) return;
-    grade_ = exercise::grade(view_->score, known_par_.value_or(scenario::Par()));
+    grade_ = exercise::grade(view_->score, session_->options().scenario.lesson.benchmark);
     try {
         results_.add(session_->options().scenario.name, *grade_, view_->score);
     } catch (const io::InputError& error) {

@@ -1,9 +1,7 @@
 #pragma once
 /// The room on screen: chooser, briefing, the room itself, the end page.
 
-#include <atomic>
 #include <filesystem>
-#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -70,7 +68,6 @@ private:
 class Play {
 public:
     Play(Window&, PlayOptions);
-    ~Play();
     /// Runs until the window is closed. Returns whether a replay differed from its recording.
     bool run();
 
@@ -87,8 +84,6 @@ private:
     void watch_session();
     void end_attempt();
     void settle();
-    void ask_par();
-    void give_up_par();
     bool running() const { return view_ && view_->phase == room::Phase::Running; }
 
     void draw(float seconds);
@@ -122,10 +117,6 @@ private:
     bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;
-    std::atomic<bool> par_stops_ = false;
-    std::future<std::optional<scenario::Par>> par_;
-    std::optional<scenario::Par> known_par_;
-    bool par_asked_ = false;
     std::optional<exercise::Grade> grade_;
     std::string results_problem_;
     std::optional<room::Clock::time_point> countdown_;

@@ -344,7 +344,7 @@ public:
                                       {},
                                       exercise.finish(),
                                       exercise.earlier_attempts(),
-                                      exercise.simulation().scenario().lesson.par});
+                                      exercise.simulation().scenario().lesson.benchmark});
         });
     }
     void save(int i, const std::filesystem::path& path) {

@@ -19,19 +19,6 @@ constexpr double width_share = 0.9;
 /// What the default C-arm shows around its isocentre, with a margin [mm].
 constexpr double field = 170;
 
-std::string toml_text(const std::string& text) {
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            quoted += std::string("\\") + c;
-        else if (static_cast<unsigned char>(c) < 0x20 || c == '\x7f')
-            quoted += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
-        else
-            quoted += c;
-    }
-    return quoted + "\"";
-}
-
 std::string decimal(double number) {
     return io::number_text(std::round(number * 10) / 10 + 0.0);
 }
@@ -87,12 +74,12 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
         "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
         "[guidewire]\ndevice = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
         "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
-        toml_text(anatomy.name), toml_text(std::filesystem::absolute(file).lexically_normal().string()),
-        toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
+        io::toml_text(anatomy.name), io::toml_text(std::filesystem::absolute(file).lexically_normal().string()),
+        io::toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
         wire.diameter < 2 * narrowest
             ? ""
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
-        toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
+        io::toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
         decimal(isocentre.y()), decimal(isocentre.z()));
     if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.diameter); !obstacle.empty())
         text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);

@@ -296,7 +296,7 @@ std::string way_over_vessels(const Story& story) {
 
 std::string learning_curve(const Curve& curve) {
     constexpr double w = 310, h = 170, l = 44, r = 10, t = 26, b = 24;
-    double most = curve.par.value_or(0);
+    double most = curve.skilled.value_or(0);
     for (const double v : curve.values)
         if (std::isfinite(v)) most = std::max(most, v);
     const double step = nice_step(most > 0 ? most : 1, 4);
@@ -309,12 +309,12 @@ std::string learning_curve(const Curve& curve) {
             "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>"
             "<text x=\"{4}\" y=\"{5:.1f}\" text-anchor=\"end\" class=\"tick\">{6:g}</text>",
             l, w - r, y(v), ink::grid, l - 5, y(v) + 4, v);
-    if (curve.par)
+    if (curve.skilled)
         text += fmt::format(
             "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\" "
             "stroke-dasharray=\"5 4\" stroke-width=\"1.5\"/><text x=\"{1}\" y=\"{4:.1f}\" "
-            "text-anchor=\"end\" class=\"tick\">par</text>",
-            l, w - r, y(*curve.par), ink::good, y(*curve.par) - 4);
+            "text-anchor=\"end\" class=\"tick\">skilled</text>",
+            l, w - r, y(*curve.skilled), ink::good, y(*curve.skilled) - 4);
     std::string path, dots;
     bool drawing = false;
     for (std::size_t k = 0; k < curve.values.size(); ++k) {

@@ -23,11 +23,11 @@ std::string time_line(const Story&);
 /// "here" and circles of marks as in the time line.
 std::string way_over_vessels(const Story&);
 
-/// Values of attempts in order, with a line at par; a value that is not finite is a gap.
+/// Values of attempts in order, with a line at the mean of the skilled; a value that is not finite is a gap.
 struct Curve {
     std::string name, unit;
     std::vector<double> values;
-    std::optional<double> par;
+    std::optional<double> skilled;
 };
 std::string learning_curve(const Curve&);
 

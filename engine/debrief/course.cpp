@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/debrief/page_text.h"
-#include "engine/exercise/score.h"
+#include "engine/exercise/grade.h"
 #include "engine/io/csv.h"
 #include "engine/io/depth.h"
 #include "engine/io/error.h"
@@ -43,8 +43,9 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.exercise = scenario.name;
     row.level = scenario.lesson.level;
     row.reached = score.completed;
-    if (scenario.lesson.par.given()) row.points = exercise::grade(score, scenario.lesson.par).points;
-    row.time = score.completion_time;
+    if (scenario.lesson.benchmark.given())
+        row.points = exercise::grade(score, scenario.lesson.benchmark).points;
+    row.time = score.completed_after;
     row.beam = score.beam_on_time;
     row.contrast = score.contrast;
     row.travel = score.wire_travel;
@@ -58,14 +59,13 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
 fs::path kept_at(const std::string& text, const scenario::Scenario& scenario, const CourseOptions& options) {
     if (options.cache.folder.empty()) return {};
     geometry::Hash hash;
-    const scenario::Par& par = scenario.lesson.par;
     hash.add(text.data(), text.size());
     hash.add(scenario.content);
     // A file of vessels may change while the scenario that names it stays.
     if (!scenario.anatomy.empty() || scenario.places.contains("anatomy.tree"))
         hash.add(anatomy::hash_of(scenario::anatomy_of(scenario, options.cache)));
-    for (const auto& value : {par.completion_time, par.beam_on_time, par.contrast, par.wire_travel})
-        hash.add(value.value_or(-1));
+    for (const scenario::BenchmarkFigure& figure : scenario::benchmark_figures())
+        for (const double value : (scenario.lesson.benchmark.*figure.sample).values) hash.add(value);
     hash.add(options.program_hash.data(), options.program_hash.size());
     return options.cache.folder / "scores" / (io::hash_text(hash.value()) + ".json");
 }

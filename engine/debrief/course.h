@@ -24,7 +24,7 @@ struct CourseRow {
     int attempt = 0;      // of this learner at this exercise, from 1
     std::string problem;  // why it does not count; empty = it does
     bool reached = false;
-    std::optional<double> points;  // empty without par
+    std::optional<double> points;  // empty without a benchmark
     std::optional<double> time;    // to the target [s]
     double beam = 0;               // [s]
     double contrast = 0;           // [ml]

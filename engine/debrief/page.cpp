@@ -5,9 +5,10 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/anatomy/clinical_names.h"
 #include "engine/debrief/chart.h"
 #include "engine/debrief/page_text.h"
-#include "engine/exercise/score.h"
+#include "engine/exercise/grade.h"
 #include "engine/io/text.h"
 #include "physics/geometry/vec.h"
 
@@ -15,6 +16,7 @@ namespace debrief {
 namespace {
 
 using exercise::Score;
+using scenario::Benchmark;
 
 /// A row of the table: what is compared, and which way is better.
 struct Row {
@@ -22,7 +24,7 @@ struct Row {
     int digits;
     enum Better { Lower, Higher, Neither } better;
     std::optional<double> (*value)(const Score&);
-    std::optional<double> (*par)(const scenario::Par&) = nullptr;
+    scenario::Sample scenario::Benchmark::* skilled = nullptr;
 };
 struct Group {
     const char* name;
@@ -34,20 +36,25 @@ using Value = std::optional<double>;
 const std::vector<Group>& groups() {
     static const std::vector<Group> all = {
         {"Time and radiation",
-         {{"Time to the target", "s", 1, Row::Lower, [](const Score& s) { return s.completion_time; },
-           [](const scenario::Par& p) { return p.completion_time; }},
-          {"Beam on", "s", 1, Row::Lower, [](const Score& s) { return Value(s.beam_on_time); },
-           [](const scenario::Par& p) { return p.beam_on_time; }},
+         {{"Time to the target", "s", 1, Row::Lower, [](const Score& s) { return s.completed_after; },
+           &Benchmark::completed_after},
+          {"of it after the first motion", "s", 1, Row::Lower,
+           [](const Score& s) { return s.completion_time; }},
+          {"Beam on", "s", 1, Row::Lower, [](const Score& s) { return Value(s.beam_on_time); }},
           {"Air kerma at the reference point", "mGy", 2, Row::Lower,
-           [](const Score& s) { return s.air_kerma; }},
+           [](const Score& s) { return s.air_kerma; }, &Benchmark::air_kerma},
+          {"Kerma-area product", "Gy·cm²", 2, Row::Lower, [](const Score& s) { return s.area_product; },
+           &Benchmark::area_product},
           {"Pulses", "", 0, Row::Lower, [](const Score& s) { return Value(s.pulses); }},
           {"DSA runs", "", 0, Row::Neither, [](const Score& s) { return Value(s.runs); }},
           {"Views", "", 0, Row::Neither, [](const Score& s) { return Value(s.views); }},
+          {"Angiograms", "", 0, Row::Neither, [](const Score& s) { return Value(s.angiograms); },
+           &Benchmark::angiograms},
           {"Contrast", "ml", 1, Row::Lower, [](const Score& s) { return Value(s.contrast); },
-           [](const scenario::Par& p) { return p.contrast; }}}},
+           &Benchmark::contrast}}},
         {"Hands",
          {{"Travel of the devices", "mm", 0, Row::Lower, [](const Score& s) { return Value(s.wire_travel); },
-           [](const scenario::Par& p) { return p.wire_travel; }},
+           &Benchmark::wire_travel},
           {"Back and forth", "%", 0, Row::Lower,
            [](const Score& s) { return Value(100 * s.back_and_forth_ratio); }},
           {"Reversals", "", 0, Row::Lower, [](const Score& s) { return Value(s.reversals); }},
@@ -63,7 +70,7 @@ const std::vector<Group>& groups() {
           {"Smoothness: log dimensionless jerk", "", 2, Row::Higher,
            [](const Score& s) { return s.log_dimensionless_jerk; }},
           {"Entries into wrong branches", "", 0, Row::Lower,
-           [](const Score& s) { return Value(s.wrong_entries()); }}}},
+           [](const Score& s) { return Value(s.wrong_entries()); }, &Benchmark::wrong_entries}}},
         {"Wall",
          {{"Largest force of a joint", "N", 2, Row::Lower,
            [](const Score& s) { return Value(s.peak_wall_force); }},
@@ -82,35 +89,41 @@ std::string figure(const Value& value, const Row& row) {
     return fmt::format("{:.{}f}{}{}", *value, row.digits, *row.unit ? "&nbsp;" : "", row.unit);
 }
 
-/// Whether the value is clearly off what it is compared with.
-const char* judged(const Value& yours, const Value& other, const Row& row) {
+/// Whether the value is clearly off what it is compared with, by more than the margin.
+const char* judged(const Value& yours, const Value& other, double margin, const Row& row) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     const double mine = yours.value_or(none), theirs = other.value_or(none);
     if (!std::isfinite(mine) || !std::isfinite(theirs) || row.better == Row::Neither) return "";
-    const double margin = 0.02 * std::abs(theirs) + 1e-9, over = mine - theirs;
-    const double worse = row.better == Row::Lower ? over : -over;
+    const double over = mine - theirs, worse = row.better == Row::Lower ? over : -over;
     return worse > margin ? " class=\"worse\"" : worse < -margin ? " class=\"better\"" : "";
 }
 
+/// Against the skilled attempts, by more than two of their standard deviations, else against the expert's. An
+/// attempt before is shown and judges nothing: one that failed has spent less.
 std::string table(const Story& story, const Story* before, const Story* expert) {
-    const scenario::Par& par = story.scenario.lesson.par;
+    const Benchmark& benchmark = story.scenario.lesson.benchmark;
     std::string text = "<table><thead><tr><th></th><th>this attempt</th>";
-    if (par.given()) text += "<th>par</th>";
+    if (benchmark.given()) text += "<th>skilled attempts</th>";
     if (expert) text += "<th>expert</th>";
     if (before) text += "<th>attempt before</th>";
     text += "</tr></thead><tbody>";
-    const int columns = 2 + par.given() + (expert != nullptr) + (before != nullptr);
+    const int columns = 2 + benchmark.given() + (expert != nullptr) + (before != nullptr);
     for (const Group& group : groups()) {
         text += fmt::format("<tr class=\"group\"><th colspan=\"{}\">{}</th></tr>", columns, group.name);
         for (const Row& row : group.rows) {
-            const Value yours = row.value(story.score), its_par = row.par ? row.par(par) : Value();
-            // Against par where there is one, else against the expert, else against oneself.
-            Value other = its_par;
-            if (!other && expert) other = row.value(expert->score);
-            if (!other && !expert && before) other = row.value(before->score);
-            text += fmt::format("<tr><td>{}</td><td{}>{}</td>", row.name, judged(yours, other, row),
+            const Value yours = row.value(story.score);
+            Value other = expert ? row.value(expert->score) : Value();
+            double margin = other ? 0.02 * std::abs(*other) + 1e-9 : 0;
+            std::string skilled = "&ndash;";
+            if (row.skilled && (benchmark.*row.skilled).given()) {
+                const scenario::Sample& sample = benchmark.*row.skilled;
+                other = sample.mean();
+                margin = std::max(2 * sample.spread(), 0.02 * *other + 1e-9);
+                skilled = fmt::format("{} &plusmn; {:.{}f}", figure(other, row), sample.spread(), row.digits);
+            }
+            text += fmt::format("<tr><td>{}</td><td{}>{}</td>", row.name, judged(yours, other, margin, row),
                                 figure(yours, row));
-            if (par.given()) text += fmt::format("<td>{}</td>", figure(its_par, row));
+            if (benchmark.given()) text += fmt::format("<td>{}</td>", skilled);
             if (expert) text += fmt::format("<td>{}</td>", figure(row.value(expert->score), row));
             if (before) text += fmt::format("<td>{}</td>", figure(row.value(before->score), row));
             text += "</tr>";
@@ -119,19 +132,33 @@ std::string table(const Story& story, const Story* before, const Story* expert) 
     return text + "</tbody></table>";
 }
 
-std::string grade_table(const exercise::Grade& grade) {
+std::string grade_table(const exercise::Grade& grade, const Benchmark& benchmark) {
     std::string text =
-        "<table><thead><tr><th></th><th>yours</th><th>par</th><th>costs</th></tr></thead><tbody>";
-    const auto number = [](const Value& value, const std::string& unit) {
-        return value ? fmt::format("{:.{}f} {}", *value, unit.empty() ? 0 : 1, unit) : std::string("&ndash;");
+        "<table><thead><tr><th></th><th>yours</th><th>skilled</th><th>costs</th></tr></thead><tbody>";
+    const auto cost_of = [](double cost, double most) {
+        return cost >= 0.05 ? fmt::format("&minus;{:.1f} of {:g}", cost, most) : std::string("0");
     };
+    for (const exercise::GradeLine& line : grade.lines) {
+        const exercise::Measure& measure = *line.measure;
+        text += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td{}>{}</td></tr>", measure.name,
+                            exercise::own_text(line), exercise::skilled_text(line),
+                            line.cost >= 0.05 ? " class=\"worse\"" : "", cost_of(line.cost, measure.most));
+    }
+    text += fmt::format("<tr><td>Injuries of the wall</td><td>{}</td><td>&ndash;</td><td>{}</td></tr>",
+                        grade.dissections + grade.perforations, cost_of(grade.cost_of_injuries(), 100));
+    text += "</tbody></table><ul class=\"advice\">";
+    if (std::any_of(grade.lines.begin(), grade.lines.end(), [](const auto& line) { return line.unseen; }))
+        text += fmt::format("<li>{}</li>", exercise::blind_advice);
     for (const exercise::GradeLine& line : grade.lines)
-        text += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td{}>{}</td></tr>", line.name,
-                            number(line.yours, line.unit), number(line.par, line.unit),
-                            line.cost > 0 ? " class=\"worse\"" : "",
-                            line.cost > 0 ? fmt::format("&minus;{:.1f} of {:g}", line.cost, line.most) : "0");
-    return text + fmt::format("</tbody></table><p class=\"about\">{}</p>",
-                              io::html_escaped(exercise::grade_formula));
+        if (line.cost >= 0.5 && !line.unseen)
+            text += fmt::format("<li><b>{}.</b> {}</li>", line.measure->name, line.measure->advice);
+    text += fmt::format("</ul><p class=\"about\">{} Skilled: {} attempts by {}.</p>",
+                        io::html_escaped(exercise::grade_formula), benchmark.attempts,
+                        io::html_escaped(benchmark.by));
+    text += "<details><summary>Published evidence that these figures separate the experienced</summary><ul>";
+    for (const exercise::Measure& measure : exercise::measures())
+        text += fmt::format("<li>{}: {}.</li>", measure.name, io::html_escaped(measure.evidence));
+    return text + "</ul></details>";
 }
 
 std::string errors(const Story& story) {
@@ -143,9 +170,9 @@ std::string errors(const Story& story) {
         const auto kind = static_cast<std::size_t>(mark.kind);
         text += fmt::format(
             "<li id=\"row{0}\"><a href=\"#e{0}\"><b>{0}</b>{1}: {2}, from {3:.1f}&nbsp;s (frame {4}), in "
-            "{5}</a></li>",
+            "{5}</a><small>{6}</small></li>",
             k + 1, exercise::mishap_texts[kind], exercise::amount_text(mark), mark.start, mark.first,
-            io::html_escaped(exercise::place_text(mark)));
+            io::html_escaped(exercise::place_text(mark)), exercise::mishap_advice[kind]);
     }
     return text + "</ol>";
 }
@@ -156,7 +183,7 @@ std::string wrong_ways(const Story& story) {
         text += fmt::format(
             "<p class=\"note\">The tip went into {} {} time{}, and was there for {:.1f}&nbsp;s: it does "
             "not lead to the target.</p>",
-            io::html_escaped(branch.name), branch.entries, branch.entries == 1 ? "" : "s", branch.seconds);
+            io::html_escaped(anatomy::clinical_name(branch.name)), branch.entries, branch.entries == 1 ? "" : "s", branch.seconds);
     return text;
 }
 
@@ -210,9 +237,10 @@ std::vector<const Score*> attempts_of(std::span<const Story> stories) {
 
 std::string curves(std::span<const Story> stories) {
     const std::vector<const Score*> attempts = attempts_of(stories);
-    const scenario::Par& par = stories.back().scenario.lesson.par;
-    const auto curve = [&](const char* name, const char* unit, const auto& value, Value its_par = {}) {
-        Curve made{name, unit, {}, its_par};
+    const Benchmark& skilled = stories.back().scenario.lesson.benchmark;
+    const auto curve = [&](const char* name, const char* unit, const auto& value,
+                           const scenario::Sample& sample = {}) {
+        Curve made{name, unit, {}, sample.given() ? Value(sample.mean()) : Value()};
         for (const Score* score : attempts) {
             const Value found = value(*score);
             made.values.push_back(found ? *found : std::numeric_limits<double>::quiet_NaN());
@@ -220,14 +248,15 @@ std::string curves(std::span<const Story> stories) {
         return learning_curve(made);
     };
     std::string text = "<div class=\"curves\">";
-    if (par.given())
-        text += curve("Points", "", [&](const Score& s) { return Value(exercise::grade(s, par).points); });
+    if (skilled.given())
+        text +=
+            curve("Points", "", [&](const Score& s) { return Value(exercise::grade(s, skilled).points); });
     text += curve(
-        "Time to the target", "s", [](const Score& s) { return s.completion_time; }, par.completion_time);
+        "Time to the target", "s", [](const Score& s) { return s.completed_after; }, skilled.completed_after);
     text += curve(
-        "Beam on", "s", [](const Score& s) { return Value(s.beam_on_time); }, par.beam_on_time);
+        "Kerma-area product", "Gy·cm²", [](const Score& s) { return s.area_product; }, skilled.area_product);
     text += curve(
-        "Travel", "mm", [](const Score& s) { return Value(s.wire_travel); }, par.wire_travel);
+        "Travel", "mm", [](const Score& s) { return Value(s.wire_travel); }, skilled.wire_travel);
     text += curve("Errors of handling", "",
                   [](const Score& s) { return Value(static_cast<double>(s.mishaps.size())); });
     text += curve("Largest wall force", "N", [](const Score& s) { return Value(s.peak_wall_force); });
@@ -241,7 +270,7 @@ std::string curves(std::span<const Story> stories) {
 std::string page(std::span<const Story> stories, const Story* expert) {
     const Story& story = stories.back();
     const Story* before = stories.size() > 1 ? &stories[stories.size() - 2] : nullptr;
-    const scenario::Par& par = story.scenario.lesson.par;
+    const Benchmark& benchmark = story.scenario.lesson.benchmark;
     const std::string title = io::html_escaped(story.scenario.title);
     std::string text = fmt::format(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
@@ -257,12 +286,12 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         io::html_escaped(story.scenario.name),
         story.origin.program.empty() ? "program unknown" : io::html_escaped(story.origin.program));
     text += "<div class=\"verdict\">";
-    const exercise::Grade grade = exercise::grade(story.score, par);
-    if (par.given())
+    const exercise::Grade grade = exercise::grade(story.score, benchmark);
+    if (benchmark.given())
         text += fmt::format("<div class=\"points\">{:.0f}<small> of 100 points</small></div>", grade.points);
-    text += story.score.completion_time
+    text += story.score.completed_after
                 ? fmt::format("<div class=\"reached\">Target reached after {:.1f} s</div>",
-                              *story.score.completion_time)
+                              *story.score.completed_after)
                 : "<div class=\"missed\">Target not reached</div>";
     text += fmt::format(
         "<div>{} error{} of handling, {:.1f} s of beam, {:.0f} ml of contrast</div></div></header>",
@@ -276,7 +305,7 @@ std::string page(std::span<const Story> stories, const Story* expert) {
     for (const std::string& notice : story.notices)
         text += fmt::format("<p class=\"note\">{}</p>", io::html_escaped(notice));
 
-    if (par.given()) text += "<h2>Grade</h2>" + grade_table(grade);
+    if (benchmark.given()) text += "<h2>Grade</h2>" + grade_table(grade, benchmark);
     text += "\n<h2>Time line</h2><p class=\"legend\">";
     for (std::size_t k = 0; k < story.scenario.devices.size(); ++k)
         text += fmt::format("<i style=\"background:{}\"></i>{}", ink::devices[k],

@@ -40,6 +40,8 @@ svg{display:block;width:100%;height:auto;font-family:inherit}
 ol.errors{padding-left:0;list-style:none;margin:0}
 ol.errors li{padding:5px 8px;border-bottom:1px solid var(--rule)}
 ol.errors a{color:inherit;text-decoration:none;display:block}
+ol.errors small{display:block;color:var(--soft);padding-left:30px}
+ul.advice{padding-left:20px}
 ol.errors b{display:inline-block;min-width:22px;text-align:center;background:#b4003c;color:#fff;border-radius:11px;
   margin-right:8px;font-size:13px}
 li.chosen,figure.chosen{background:#e9f3fa;outline:2px solid var(--accent)}

@@ -71,7 +71,7 @@ std::string score_line(const Episode& episode, const std::string& program) {
                                           {},
                                           exercise.finish(),
                                           exercise.earlier_attempts(),
-                                          exercise.simulation().scenario().lesson.par}))
+                                          exercise.simulation().scenario().lesson.benchmark}))
         .dump();
 }
 

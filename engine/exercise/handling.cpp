@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "engine/anatomy/clinical_names.h"
 #include "engine/anatomy/anatomy.h"
 #include "engine/exercise/open_field.h"
 #include "physics/wire/energy.h"
@@ -187,7 +188,8 @@ std::string amount_text(const MishapMark& mark) {
 }
 
 std::string place_text(const MishapMark& mark) {
-    return mark.wall ? fmt::format("{}, {:.0f} mm along", mark.branch, mark.wall->along) : mark.branch;
+    const std::string name = anatomy::clinical_name(mark.branch);
+    return mark.wall ? fmt::format("{}, {:.0f} mm along", name, mark.wall->along) : name;
 }
 
 std::array<int, mishap_kinds> counts(std::span<const MishapMark> marks) {

@@ -23,7 +23,7 @@ public:
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
         s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_,
-          was_past_end_, notified_);
+          was_past_end_, notified_, errors_);
     }
 
 private:
@@ -43,6 +43,7 @@ private:
     bool pressed_hard_ = false;  // the wall, at the last frame
     bool tip_shows_ = true;      // in the image, when the beam was last on
     bool was_past_end_ = false;  // the tip, of the vessels, at the last frame
+    std::size_t errors_ = 0;     // of handling, told so far
     int notified_ = 0;           // dose notifications already given, a bit for each kind
 };
 

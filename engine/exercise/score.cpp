@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/anatomy/vessel_ways.h"
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/smoothness.h"
 
 namespace exercise {
+namespace {
+
+/// How long contrast is taken to be seen after an injection has ended [s].
+constexpr double in_sight = 2;
+
+}  // namespace
 
 int Score::wrong_entries() const {
     int sum = 0;
@@ -16,8 +23,8 @@ int Score::wrong_entries() const {
 }
 
 void Score::state(geometry::StateStream& s) {
-    s(scenario, completed, completion_time, beam_on_time, pulses, runs, views, air_kerma, area_product,
-      contrast, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals, rotation, idle_share,
+    s(scenario, completed, completed_after, completion_time, beam_on_time, pulses, runs, views, air_kerma, area_product,
+      contrast, angiograms, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals, rotation, idle_share,
       tip_path, path_efficiency, mean_tip_speed, spectral_arc_length, log_dimensionless_jerk, peak_wall_force,
       mean_wall_force, time_over_force, wall_force_impulse, deepest, buckled_frames, tip_to_target,
       wrong_branches, mishaps, duration, resets, frames, interrupted);
@@ -44,6 +51,8 @@ void Scorer::begin(const Simulation& simulation) {
     direction_ = moving_frames_ = frames_ = beam_frames_ = frames_over_force_ = 0;
     first_tip_ = last_tip_ = simulation.tip_at_start();
     speeds_.clear();
+    injects_ = shown_ = false;
+    last_injection_.reset();
     mode_ = script::ImagingMode::Live;
     views_.clear();
 }
@@ -73,6 +82,13 @@ void Scorer::observe(const Frame& frame) {
 
 void Scorer::observe_console(const Frame& frame) {
     const Console& console = frame.simulation.console();
+    const bool injects = frame.simulation.contrast().injection_rate() > 0;
+    if (injects && !injects_) shown_ = false;
+    injects_ = injects;
+    if (injects) last_injection_ = frame.time.seconds;
+    if (frame.motion.console.pulse && last_injection_ && frame.time.seconds <= *last_injection_ + in_sight &&
+        !std::exchange(shown_, true))
+        ++score_.angiograms;
     if (console.beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
     if (!frame.motion.console.pulse) return;
     ++score_.pulses;
@@ -143,6 +159,7 @@ void Scorer::observe_target(const Frame& frame) {
     if (score_.completed || time - *on_target_since_ < hold_ - 0.5 * frame_time_) return;
     if (!first_motion_) return;  // without an action, nothing counts as reached
     score_.completed = true;
+    score_.completed_after = time;
     score_.completion_time = time - *first_motion_;
 }
 
@@ -167,52 +184,6 @@ Score Scorer::finish() const {
     result.spectral_arc_length = spectral_arc_length(speeds, 1 / frame_time_);
     result.log_dimensionless_jerk = log_dimensionless_jerk(speeds, 1 / frame_time_);
     return result;
-}
-
-namespace {
-
-constexpr double wrong_entry = 5, mishap = 4, dissection = 15, perforation = 50;  // points each
-
-}  // namespace
-
-const char* const grade_formula =
-    "100 points less what each line costs. Time, beam, contrast and travel cost nothing up to their par and "
-    "most · (yours / par - 1) above it: at most 25, 25, 10 and 10 points. Each entry into a wrong branch "
-    "costs 5 points, 10 at most; each error of handling costs 4, 20 at most. Each dissection of a wall costs "
-    "15 points, each perforation 50. Without the target there are no points, and never less than none.";
-
-Grade grade(const Score& score, const scenario::Par& par) {
-    Grade result;
-    result.reached = score.completed;
-    const auto above_par = [&](const char* name, const char* unit, std::optional<double> yours,
-                               std::optional<double> its_par, double most) {
-        double cost = 0;
-        if (yours && its_par && *its_par > 0) cost = most * std::clamp(*yours / *its_par - 1, 0.0, 1.0);
-        result.lines.push_back({name, unit, yours, its_par, most, cost});
-    };
-    const auto each = [&](const char* name, double count, double points, double most) {
-        result.lines.push_back({name, "", count, 0.0, most, std::min(most, points * count)});
-    };
-    above_par("Time to the target", "s", score.completion_time, par.completion_time, 25);
-    above_par("Beam", "s", score.beam_on_time, par.beam_on_time, 25);
-    above_par("Contrast", "ml", score.contrast, par.contrast, 10);
-    above_par("Travel of the devices", "mm", score.wire_travel, par.wire_travel, 10);
-    each("Wrong branches", score.wrong_entries(), wrong_entry, 10);
-    const auto number = counts(score.mishaps);
-    const int dissections = number[static_cast<std::size_t>(Mishap::Dissection)],
-              perforations = number[static_cast<std::size_t>(Mishap::Perforation)];
-    each("Errors of handling", static_cast<double>(score.mishaps.size()) - dissections - perforations, mishap,
-         20);
-    each("Dissections", dissections, dissection, 100);
-    each("Perforations", perforations, perforation, 100);
-    result.points = 100;
-    for (const GradeLine& line : result.lines) result.points -= line.cost;
-    result.points = result.reached ? std::max(0.0, result.points) : 0;
-    return result;
-}
-
-scenario::Par par_of(const Score& score) {
-    return {score.completion_time, score.beam_on_time, score.contrast, score.wire_travel};
 }
 
 }  // namespace exercise

@@ -1,7 +1,6 @@
 #pragma once
-/// What an attempt is judged by, and what it is worth against its par. Completion time runs from the first
-/// motion of the wire to the first frame at which the tip has stayed within the target's radius for the hold.
-/// Time is frame divided by frame rate.
+/// What an attempt is judged by; what that is worth is in grade.h. An attempt is completed at the first frame
+/// at which the tip has stayed within the target's radius for the hold. Time is frame divided by frame rate.
 
 #include <optional>
 #include <span>
@@ -30,7 +29,8 @@ struct DeepestContact {
 struct Score {
     std::string scenario;
     bool completed = false;
-    std::optional<double> completion_time;  // [s]
+    std::optional<double> completed_after;  // from the attempt's start, as the room's clock runs [s]
+    std::optional<double> completion_time;  // of it, from the first motion of a device [s]
     double beam_on_time = 0;                // [s]
     int pulses = 0;                         // of the beam
     int runs = 0;                           // times that DSA was begun
@@ -40,6 +40,7 @@ struct Score {
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
     double contrast = 0;                 // given [ml]
+    int angiograms = 0;                  // injections that a pulse showed
     double wire_travel = 0;              // Σ|Δs| of the inserted length s [mm]
     double advanced = 0, withdrawn = 0;  // its two parts [mm]
     double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
@@ -85,7 +86,8 @@ public:
     void state(geometry::StateStream& s) {
         s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
           first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
-          frames_over_force_, force_sum_, mode_, views_);
+          frames_over_force_, force_sum_, mode_, views_, injects_, shown_,
+          last_injection_);
     }
 
 private:
@@ -99,6 +101,8 @@ private:
     std::vector<Score> earlier_;
     Handling handling_;
     WrongTurns turns_;
+    bool injects_ = false, shown_ = false;  // contrast ran in the last frame; a pulse has shown it
+    std::optional<double> last_injection_;  // when it last ran [s]
     int beam_frames_ = 0, frames_over_force_ = 0;
     double frame_time_ = 0, hold_ = 0, target_radius_ = 0;  // [s], [s], [mm]
     std::optional<double> first_motion_, on_target_since_;  // [s] of the attempt
@@ -114,30 +118,5 @@ private:
     script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
     std::vector<render::CArm> views_;
 };
-
-struct GradeLine {
-    std::string name, unit;
-    std::optional<double> yours;  // empty: not reached
-    std::optional<double> par;    // empty: there is none, and the line costs nothing
-    double most = 0;              // points that it can cost at most
-    double cost = 0;              // points
-};
-
-struct Grade {
-    bool reached = false;
-    std::vector<GradeLine> lines;
-    double points = 0;  // 100 less all costs; 0 when the target was not reached
-};
-
-/// How points are lost, in words.
-extern const char* const grade_formula;
-
-/// A line above its par costs most · min(1, yours / par − 1); each entry into a wrong branch, each error of
-/// handling and each injury costs its points, up to the line's most. What injuries cost is in proportion to
-/// how many patients die of them (docs/injury.md).
-Grade grade(const Score&, const scenario::Par&);
-
-/// The figures of a score as a par.
-scenario::Par par_of(const Score&);
 
 }  // namespace exercise

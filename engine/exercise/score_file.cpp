@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
 #include "physics/geometry/vec.h"
 
@@ -37,21 +38,29 @@ Json of_handling(const Score& s) {
     return {{"total", s.mishaps.size()}, {"counts", by_kind}, {"marks", marks}};
 }
 
-Json of_grade(const Score& s, const scenario::Par& par) {
-    const Grade made = grade(s, par);
+Json of_grade(const Score& s, const scenario::Benchmark& benchmark) {
+    const Grade made = grade(s, benchmark);
     Json lines = Json::array();
     for (const GradeLine& line : made.lines)
-        lines.push_back({{"name", line.name},
-                         {"unit", line.unit},
+        lines.push_back({{"id", line.measure->id},
+                         {"name", line.measure->name},
+                         {"unit", line.measure->unit},
                          {"yours", or_null(line.yours)},
-                         {"par", or_null(line.par)},
-                         {"most", line.most},
-                         {"cost", line.cost}});
-    return {{"points", made.points}, {"formula", grade_formula}, {"lines", lines}};
+                         {"mean", or_null(line.mean)},
+                         {"spread", or_null(line.spread)},
+                         {"without_looking", line.unseen},
+                         {"most", line.measure->most},
+                         {"cost", line.cost},
+                         {"evidence", line.measure->evidence}});
+    return {{"points", made.points},
+            {"formula", grade_formula},
+            {"lines", lines},
+            {"cost_of_injuries", made.cost_of_injuries()}};
 }
 
 void add_attempt(Json& json, const Score& s) {
     json["completed"] = s.completed;
+    json["completed_after_s"] = or_null(s.completed_after);
     json["completion_time_s"] = or_null(s.completion_time);
     json["duration_s"] = s.duration;
     json["beam_on_time_s"] = s.beam_on_time;
@@ -61,6 +70,7 @@ void add_attempt(Json& json, const Score& s) {
     json["air_kerma_mGy"] = or_null(s.air_kerma);
     json["kerma_area_product_Gy_cm2"] = or_null(s.area_product);
     json["contrast_ml"] = s.contrast;
+    json["angiograms"] = s.angiograms;
     json["wire_travel_mm"] = s.wire_travel;
     json["advanced_mm"] = s.advanced;
     json["withdrawn_mm"] = s.withdrawn;
@@ -94,24 +104,26 @@ void add_attempt(Json& json, const Score& s) {
     json["handling_errors"] = of_handling(s);
 }
 
-Json of_par(const scenario::Par& par) {
-    return {{"completion_time_s", or_null(par.completion_time)},
-            {"beam_on_time_s", or_null(par.beam_on_time)},
-            {"contrast_ml", or_null(par.contrast)},
-            {"wire_travel_mm", or_null(par.wire_travel)}};
+Json of_benchmark(const scenario::Benchmark& benchmark) {
+    Json json = {{"by", benchmark.by}, {"attempts", benchmark.attempts}};
+    for (const scenario::BenchmarkFigure& figure : scenario::benchmark_figures())
+        if (const scenario::Sample& sample = benchmark.*figure.sample; sample.given())
+            json[std::string(figure.key)] = sample.values;
+    return json;
 }
 
 }  // namespace
 
 std::string to_json(const ScoreReport& report) {
     Json json;
-    json["schema"] = 2;
+    json["schema"] = 3;
     json["program"] = report.program;
     if (!report.learner.empty()) json["learner"] = report.learner;
     json["scenario"] = report.score.scenario;
     add_attempt(json, report.score);
-    json["par"] = report.par.given() ? of_par(report.par) : Json(nullptr);
-    json["grade"] = report.par.given() ? of_grade(report.score, report.par) : Json(nullptr);
+    const bool graded = report.benchmark.given();
+    json["benchmark"] = graded ? of_benchmark(report.benchmark) : Json(nullptr);
+    json["grade"] = graded ? of_grade(report.score, report.benchmark) : Json(nullptr);
     json["resets"] = report.score.resets;
     json["frames"] = report.score.frames;
     json["interrupted"] = report.score.interrupted;

@@ -1,5 +1,5 @@
 #pragma once
-/// score.json, schema 2. `assets/score.schema.json` describes it as a JSON Schema.
+/// score.json, schema 3. `assets/score.schema.json` describes it as a JSON Schema.
 
 #include <span>
 #include <string>
@@ -15,10 +15,10 @@ struct ScoreReport {
     std::string learner;  // empty = nobody's
     Score score;          // of the last attempt, finished
     std::span<const Score> earlier;
-    scenario::Par par;
+    scenario::Benchmark benchmark;
 };
 
-/// Keys carry units. The last attempt's figures stand at the top, with par and grade where there is a par;
+/// Keys carry units. The last attempt's figures stand at the top, with benchmark and grade where there is a benchmark;
 /// `earlier_attempts` holds those that a reset ended.
 std::string to_json(const ScoreReport&);
 

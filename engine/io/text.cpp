@@ -88,6 +88,26 @@ std::string without_control(std::string_view text) {
     return shown;
 }
 
+std::string toml_text(std::string_view text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            quoted += std::string("\\") + c;
+        else if (static_cast<unsigned char>(c) < 0x20 || c == '\x7f')
+            quoted += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
+        else
+            quoted += c;
+    }
+    return quoted + "\"";
+}
+
+std::string toml_key(std::string_view text) {
+    const auto bare = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+    };
+    return !text.empty() && std::all_of(text.begin(), text.end(), bare) ? std::string(text) : toml_text(text);
+}
+
 std::string lower_case(std::string_view text) {
     std::string result(text);
     for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

@@ -35,6 +35,10 @@ std::string without_control(std::string_view);
 /// The text as HTML shows it, in content and in attributes; spaces stand for control characters.
 std::string html_escaped(std::string_view);
 
+/// The text as a string of TOML, in quotes, and as a key: in quotes where it needs them.
+std::string toml_text(std::string_view);
+std::string toml_key(std::string_view);
+
 /// The text with a to z in place of A to Z.
 std::string lower_case(std::string_view);
 

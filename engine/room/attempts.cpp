@@ -74,8 +74,4 @@ fs::path Attempts::make_next(const std::string& scenario) const {
     }
 }
 
-std::string folder_of(const std::string& learner) {
-    return learner.empty() ? "guest" : io::file_name_of(learner);
-}
-
 }  // namespace room

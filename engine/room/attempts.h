@@ -29,8 +29,4 @@ private:
     std::filesystem::path wanted_;
 };
 
-/// The name of a learner's folder: the learner's own, with what a file name cannot hold written as %XX;
-/// "guest" for nobody's.
-std::string folder_of(const std::string& learner);
-
 }  // namespace room

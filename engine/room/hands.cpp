@@ -11,10 +11,6 @@
 namespace room {
 namespace {
 
-/// A hand starts at this share of its speed, so that one short press is one small step.
-constexpr double first_share = 0.2;
-/// A hand waits for a wire that lags behind by this much [mm], [rad].
-constexpr double most_behind = 4, most_behind_in_turn = std::numbers::pi / 2;
 constexpr double smallest_motion = 1e-6;  // [mm], [rad]
 
 int speed_of(const Input& input) {
@@ -71,7 +67,7 @@ double Hands::run_up(bool held, double& since) const {
     }
     const double middle = since + frame_time_ / 2, whole = keys_.speeds.run_up;
     since += frame_time_;
-    return whole <= 0 ? 1 : std::min(1.0, first_share + (1 - first_share) * middle / whole);
+    return whole <= 0 ? 1 : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / whole);
 }
 
 void Hands::move_wire(const Input& input, const exercise::StepReport& last,
@@ -88,8 +84,8 @@ void Hands::move_wire(const Input& input, const exercise::StepReport& last,
     push += input.wheel * s.wheel + input.drag_up * s.drag_advance;
     turn += input.drag_right * s.drag_rotate;
 
-    if (std::abs(last.waiting_insertion) > most_behind) push = 0;
-    if (std::abs(last.waiting_rotation) > most_behind_in_turn) turn = 0;
+    if (std::abs(last.waiting_insertion) > Speeds::most_behind) push = 0;
+    if (std::abs(last.waiting_rotation) > Speeds::most_behind_in_turn) turn = 0;
     push = rounded(std::clamp(push, -script::largest_motion, script::largest_motion), 1e-3);
     turn = std::clamp(rounded(turn / geometry::degree, 1e-2), -script::largest_rotation,
                       script::largest_rotation);

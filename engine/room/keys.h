@@ -21,6 +21,8 @@
 #include <string_view>
 #include <vector>
 
+#include "physics/geometry/vec.h"
+
 namespace room {
 
 /// What a key, a button or a pedal does. The first group acts while held, the second when pressed.
@@ -101,6 +103,10 @@ struct InjectionPreset {
 
 /// Speeds of hands and stand.
 struct Speeds {
+    /// A hand starts at this share of its speed, so that one short press is one small step.
+    static constexpr double first_share = 0.2;
+    /// A hand waits for a device that lags behind by this much [mm], [rad].
+    static constexpr double most_behind = 4, most_behind_in_turn = 90 * geometry::degree;
     std::array<double, 3> advance = {2, 10, 30};                       // fine, plain, fast [mm/s]
     std::array<double, 3> rotate = {0.349, 1.571, 4.712};              // [rad/s]
     double run_up = 0.3;                                               // until a hand reaches its speed [s]

@@ -3,28 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "engine/exercise/exercise.h"
 #include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 
 namespace room {
-
-std::optional<scenario::Par> par_of(const scenario::Scenario& scenario, const script::CommandScript& solution,
-                                    const anatomy::ModelCache& cache, const std::atomic<bool>& stop) {
-    if (scenario.lesson.par.given()) return scenario.lesson.par;
-    exercise::Exercise exercise(scenario, false, cache);
-    std::vector<script::Command> commands;
-    for (int frame = 0,
-             last = solution.last_frame(2 + static_cast<int>(scenario.target.hold * scenario.frame_rate));
-         frame <= last && !exercise.score().completed && !exercise.time_is_up(); ++frame) {
-        if (stop) return std::nullopt;
-        commands.clear();
-        for (const script::TimedCommand& timed : solution.at(frame)) commands.push_back(timed.command);
-        exercise.next_frame(commands);
-    }
-    return exercise::par_of(exercise.score());
-}
 
 Results::Results(std::filesystem::path file) : file_(std::move(file)) {
     const nlohmann::json json = [this] {
@@ -49,6 +32,7 @@ Results::Results(std::filesystem::path file) : file_(std::move(file)) {
         best.attempts = static_cast<int>(std::clamp(number("attempts"), 0.0, 1e9));
         best.reached = static_cast<int>(std::clamp(number("reached"), 0.0, 1e9));
         best.points = std::clamp(number("points"), 0.0, 100.0);
+        best.passed = static_cast<int>(std::clamp(number("passed"), 0.0, 1e9));
         if (entry.contains("time_s") && number("time_s") > 0) best.time = number("time_s");
     }
 }
@@ -63,11 +47,13 @@ void Results::add(const std::string& scenario, const exercise::Grade& grade, con
     ++best.attempts;
     best.reached += grade.reached;
     best.points = std::max(best.points, grade.points);
-    if (score.completion_time) best.time = std::min(best.time.value_or(1e9), *score.completion_time);
+    best.passed += grade.reached && grade.points >= pass_mark;
+    if (score.completed_after) best.time = std::min(best.time.value_or(1e9), *score.completed_after);
     if (file_.empty()) return;
     nlohmann::json json = nlohmann::json::object();
     for (const auto& [name, entry] : best_) {
-        json[name] = {{"attempts", entry.attempts}, {"reached", entry.reached}, {"points", entry.points}};
+        json[name] = {{"attempts", entry.attempts}, {"reached", entry.reached}, {"points", entry.points},
+                      {"passed", entry.passed}};
         if (entry.time) json[name]["time_s"] = *entry.time;
     }
     std::error_code ignored;

@@ -1,27 +1,24 @@
 #pragma once
-/// A trainee's best results, and the par of exercises whose author gave none.
+/// A trainee's best results.
 
-#include <atomic>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 
-#include "engine/anatomy/model_cache.h"
+#include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
-#include "engine/scenario/scenario.h"
-#include "engine/script/command.h"
 
 namespace room {
 
-/// The scenario's own par, or else the figures of its solution, run without images; empty when `stop` became
-/// true during the run. Throws InputError.
-std::optional<scenario::Par> par_of(const scenario::Scenario&, const script::CommandScript& solution,
-                                    const anatomy::ModelCache&, const std::atomic<bool>& stop);
+/// An attempt worth so many points passes the exercise: the skilled's time, dose, contrast and way about
+/// twice, without an error.
+inline constexpr double pass_mark = 70;
 
 struct BestResult {
     int attempts = 0, reached = 0;
     double points = 0;           // best
+    int passed = 0;              // attempts worth the pass mark
     std::optional<double> time;  // shortest to the target [s]
 };
 

@@ -124,7 +124,7 @@ public:
         if (angiograms_) angiograms_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
         folder_.write_score(
-            exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.par}));
+            exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.benchmark}));
         folder_.keep();
     }
 
@@ -193,7 +193,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     expectation.finish(result.frames - 1, result.interrupted, images);
     result.score = exercise.finish();
     result.earlier.assign(exercise.earlier_attempts().begin(), exercise.earlier_attempts().end());
-    result.par = exercise.simulation().scenario().lesson.par;
+    result.benchmark = exercise.simulation().scenario().lesson.benchmark;
     result.score.interrupted = result.interrupted;
     result.compared_states = expectation.compared_states();
     result.compared_frames = expectation.compared_frames();

@@ -45,7 +45,7 @@ struct RunOptions {
 struct RunResult {
     exercise::Score score;                 // of the last attempt
     std::vector<exercise::Score> earlier;  // attempts that a reset ended
-    scenario::Par par;
+    scenario::Benchmark benchmark;
     std::uint64_t state_hash = 0;
     int frames = 0;
     bool interrupted = false;

@@ -227,7 +227,8 @@ std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        if (entry.path().extension() == ".toml") files.push_back(entry.path());
+        if (entry.path().extension() == ".toml" && entry.path().filename() != benchmark_file)
+            files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
     return files;

@@ -17,6 +17,7 @@
 #include "engine/io/error.h"
 #include "engine/io/outputs.h"
 #include "engine/patient/patient_files.h"
+#include "engine/scenario/benchmark.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/device.h"
 #include "engine/script/command.h"
@@ -26,16 +27,6 @@
 #include "render/xray/c_arm.h"
 
 namespace scenario {
-
-/// Figures of a good attempt; those that are empty are not graded.
-struct Par {
-    std::optional<double> completion_time;  // [s]
-    std::optional<double> beam_on_time;     // [s]
-    std::optional<double> contrast;         // [ml]
-    std::optional<double> wire_travel;      // of all devices [mm]
-
-    bool given() const { return completion_time || beam_on_time || contrast || wire_travel; }
-};
 
 /// A view that shows what matters.
 struct SuggestedView {
@@ -51,7 +42,7 @@ struct Lesson {
     std::string briefing;
     std::vector<std::string> hints;
     std::vector<SuggestedView> views;
-    Par par;
+    Benchmark benchmark;
 };
 
 /// A synthetic vessel in place of an anatomy file.
@@ -157,7 +148,7 @@ struct Scenario {
     std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
     std::optional<double> beam_limit;  // and here, of the beam [s]
     Lesson lesson;
-    std::uint64_t content = 0;  // hash of what is played: of the file without words and par, of devices
+    std::uint64_t content = 0;  // hash of what is played: of the file without words for people, of devices
     std::uint64_t seed = 1;     // of the noise in the images
     // One of three vessels.
     std::filesystem::path anatomy;  // NAME.anatomy.json
@@ -212,7 +203,8 @@ struct Override {
 };
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.
-/// `catalogue` is the folder that holds the devices a scenario takes by name.
+/// `catalogue` is the folder that holds the devices a scenario takes by name. A loaded scenario has the
+/// benchmark of its folder.
 Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& catalogue,
                        std::span<const Override> = {});
 Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file,

@@ -451,20 +451,6 @@ void read_lesson(io::Section lesson, Lesson& into) {
     lesson.finish();
 }
 
-void read_par(io::Section par, Par& into) {
-    const auto figure = [&par](std::string_view key, std::optional<double>& value) {
-        if (!par.find(key)) return;
-        double read = -1;
-        par.number(key, read, {0, 1e5});
-        if (read >= 0) value = read;
-    };
-    figure("completion_time_s", into.completion_time);
-    figure("beam_on_time_s", into.beam_on_time);
-    figure("contrast_ml", into.contrast);
-    figure("wire_travel_mm", into.wire_travel);
-    par.finish();
-}
-
 /// Adds a value to the hash: its type, then what it holds; tables in the order of their keys.
 void add_to(geometry::Hash& hash, const toml::node& node) {
     const auto text = [&hash](std::string_view value) {
@@ -488,10 +474,10 @@ void add_to(geometry::Hash& hash, const toml::node& node) {
     }
 }
 
-/// Of what is played: words for people, par and limits change no state.
+/// Of what is played: words for people and limits change no state.
 std::uint64_t content_of(const toml::table& root, const Scenario& s) {
     toml::table played = root;
-    for (const std::string_view key : {"title", "lesson", "par", "time_limit_s", "beam_limit_s"})
+    for (const std::string_view key : {"title", "lesson", "time_limit_s", "beam_limit_s"})
         played.erase(key);
     geometry::Hash hash;
     add_to(hash, played);
@@ -545,7 +531,11 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     s.blood.heart_rate = s.motion.heart_rate;
     read_contrast(top.section("contrast", false), s);
     read_lesson(top.section("lesson", false), s.lesson);
-    read_par(top.section("par", false), s.lesson.par);
+    if (const toml::node* par = top.find("par"))
+        reading.refuse(par->source(),
+                       fmt::format("[par] is accepted no more: attempts are measured by skilled ones; "
+                                   "'seldinger benchmark' makes {} of recordings",
+                                   benchmark_file));
     top.finish();
     s.content = content_of(root, s);
 }
@@ -600,8 +590,11 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
 
 Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& catalogue,
                        std::span<const Override> overrides) {
-    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, catalogue,
-                          overrides);
+    Scenario s = parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, catalogue,
+                                overrides);
+    s.lesson.benchmark = benchmark_in(path.parent_path(), s.name);
+    if (s.lesson.benchmark.given()) s.files.emplace_back(s.lesson.benchmark.file);
+    return s;
 }
 
 }  // namespace scenario

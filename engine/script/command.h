@@ -203,15 +203,24 @@ bool is_learner(std::string_view);
 /// The same for a recording, which an earlier version may have made with a name in another encoding.
 bool is_learner_in_file(std::string_view);
 
+/// What the author says of the lines that follow: comments that stand on lines of their own, joined.
+struct Caption {
+    int frame = 0;  // of the first command after it
+    std::string text;
+};
+
 struct CommandScript {
     std::string file;
     std::optional<Origin> origin;        // of a recording
     std::vector<TimedCommand> commands;  // in order of frames; ranges expanded
     std::vector<StateCheck> checks;      // in order of frames
+    std::vector<Caption> captions;       // in order of lines
     std::optional<int> end;              // last frame, if the script says so
 
     /// The commands of a frame.
     std::span<const TimedCommand> at(int frame) const;
+    /// What is said of a frame; empty where nothing is.
+    std::string_view caption_at(int frame) const;
     /// The last frame of the run: `end`, or `tail` frames after the last command or check.
     int last_frame(int tail) const;
 };

@@ -289,8 +289,13 @@ public:
         place_ = {script_.file, number, 1};
         try {
             if (header(text, number)) return;
+            if (text.starts_with("#")) return comment(text.substr(1));
             Line line(text);
-            if (!line.done()) statement(line);
+            if (line.done()) return;
+            const std::size_t before = script_.commands.size();
+            statement(line);
+            if (!comment_.empty() && script_.commands.size() > before)
+                script_.captions.push_back({script_.commands[before].frame, std::exchange(comment_, {})});
         } catch (const Refusal& refusal) {
             ++refused_;
             place_.column = refusal.column;
@@ -442,8 +447,18 @@ private:
         script_.checks.push_back({frame, *hash, place_});
     }
 
+    void comment(std::string_view text) {
+        while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+        while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+        if (comment_.size() + text.size() > longest_caption) return;
+        if (!comment_.empty() && !text.empty()) comment_ += ' ';
+        comment_ += text;
+    }
+
+    static constexpr std::size_t longest_caption = 2000;  // bytes; what is longer is no caption
     CommandScript script_;
     io::TextPlace place_;
+    std::string comment_;  // above the line that is read
     int last_start_ = 0;  // first frame of the line before
     int last_frame_ = 0;  // of any command or state so far
     std::size_t refused_ = 0;
@@ -473,6 +488,13 @@ CommandScript parse_commands(std::string_view text, const std::string& file) {
         text.remove_prefix(std::min(end + 1, text.size()));
     }
     return parser.result();
+}
+
+std::string_view CommandScript::caption_at(int frame) const {
+    std::string_view text;
+    for (const Caption& caption : captions)
+        if (caption.frame <= frame) text = caption.text;
+    return text;
 }
 
 CommandScript load_commands(const std::filesystem::path& path) {

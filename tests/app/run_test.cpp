@@ -124,7 +124,7 @@ TEST(List, NamesTheShippedScenariosOneALine) {
     test::expect_said(result.out, "s_bend ");
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(asset("scenarios"))) {
-        files += entry.path().extension() == ".toml";
+        files += entry.path().extension() == ".toml" && entry.path().filename() != "benchmark.toml";
     }
     EXPECT_EQ(static_cast<std::size_t>(std::count(result.out.begin(), result.out.end(), '\n')), files + 1);
 }

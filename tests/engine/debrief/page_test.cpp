@@ -63,8 +63,9 @@ std::string unbalanced(const std::string& page) {
 }  // namespace
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
-    const scenario::Scenario scenario =
-        test::small_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n");
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.lesson.benchmark = {"two <people>", 2};
+    scenario.lesson.benchmark.completed_after.values = {2.0, 2.4};
     const std::vector<Story> stories = {
         *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),
         *tell(scenario, recording(clumsy, "Ada"), quick())};
@@ -77,7 +78,7 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     // Each error: in the list, in the time line, on both sides of the way.
     EXPECT_EQ(count(html, "href=\"#e1\""), 4u);
     EXPECT_EQ(count(html, "id=\"row"), story.score.mishaps.size());
-    for (const char* part : {"Time to the target", "expert", "attempt before", "par", "Learning curve",
+    for (const char* part : {"Time to the target", "expert", "attempt before", "skilled attempts", "by two &lt;people&gt;", "2.2 ± 0.3 s", "Learning curve",
                              "Smoothness", "of 100 points"})
         EXPECT_NE(html.find(part), std::string::npos) << part;
     const std::string open = "<script type=\"application/json\" id=\"data\">";

@@ -34,8 +34,16 @@ std::string objections(const Json& score) {
     return found;
 }
 
-Json report_of(const Exercise& exercise, const std::string& learner, const scenario::Par& par) {
-    return Json::parse(to_json({"test 1", learner, exercise.finish(), exercise.earlier_attempts(), par}));
+Json report_of(const Exercise& exercise, const std::string& learner, const scenario::Benchmark& benchmark) {
+    return Json::parse(to_json({"test 1", learner, exercise.finish(), exercise.earlier_attempts(), benchmark}));
+}
+
+scenario::Benchmark two_attempts() {
+    scenario::Benchmark benchmark;
+    benchmark.by = "two people";
+    benchmark.attempts = 2;
+    benchmark.completed_after.values = {3, 4};
+    return benchmark;
 }
 
 }  // namespace
@@ -48,11 +56,15 @@ TEST(ScoreFile, OfWildHandsIsWhatTheSchemaDescribes) {
         Exercise exercise(test::small_scenario(), images);
         const int frames = pick(90);
         for (int index = 0; index < frames; ++index) exercise.next_frame(test::random_commands(random));
-        scenario::Par par;
-        if (pick(2)) par.completion_time = 3;
-        if (pick(2)) par.contrast = 0;
+        scenario::Benchmark benchmark;
+        if (pick(2)) {
+            benchmark.by = "two <b>people</b>";
+            benchmark.attempts = 2;
+            for (const scenario::BenchmarkFigure& figure : scenario::benchmark_figures())
+                if (pick(2)) (benchmark.*figure.sample).values = {0.0 + pick(3), 1.5 * pick(9)};
+        }
         const std::string learners[] = {"", "Ada", "<b>\"\\ \xff"};
-        const Json json = report_of(exercise, learners[pick(3)], par);
+        const Json json = report_of(exercise, learners[pick(3)], benchmark);
         EXPECT_EQ(objections(json), "") << "seed " << seed << "\n" << json.dump(1);
     }
 }
@@ -61,7 +73,7 @@ TEST(ScoreFile, TheSchemaRefusesWhatIsNoScore) {
     Exercise exercise(test::small_scenario(), false);
     const std::vector<script::Command> push = {script::Advance{2}};
     for (int k = 0; k < 5; ++k) exercise.next_frame(push);
-    const Json score = report_of(exercise, "", {3.0, {}, {}, {}});
+    const Json score = report_of(exercise, "", two_attempts());
     ASSERT_EQ(objections(score), "");
     for (const auto& [key, value] : score.items()) {
         Json other = score;
@@ -73,7 +85,7 @@ TEST(ScoreFile, TheSchemaRefusesWhatIsNoScore) {
         EXPECT_NE(objections(other), "") << key;
     }
     Json other = score;
-    other["schema"] = 1;
+    other["schema"] = 2;
     EXPECT_NE(objections(other), "");
     other = score;
     other["wire_travel"] = 3;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
 #include "engine/exercise/smoothness.h"
@@ -163,7 +164,7 @@ TEST(ScoreMetrics, DoingNothingScoresNothing) {
     EXPECT_TRUE(s.mishaps.empty());
     EXPECT_TRUE(s.wrong_branches.empty());
     EXPECT_FALSE(s.spectral_arc_length);
-    EXPECT_EQ(grade(s, {10.0, 10.0, 10.0, 10.0}).points, 0);
+    EXPECT_EQ(grade(s, {}).points, 0);
 }
 
 TEST(ScoreMetrics, AMirroredRunScoresTheSame) {
@@ -190,7 +191,7 @@ TEST(ScoreMetrics, APauseWorsensWhatTakesTime) {
     ASSERT_TRUE(quick.completed && slow.completed);
     EXPECT_EQ(changes(quick, slow),
               (std::set<std::string>{
-                  "beam_on_time_s", "completion_time_s", "duration_s", "frames", "idle_share",
+                  "beam_on_time_s", "completed_after_s", "completion_time_s", "duration_s", "frames", "idle_share",
                   "log_dimensionless_jerk", "max_penetration_at",  // its frame
                   "mean_wall_force_N", "pulses", "spectral_arc_length", "wall_force_impulse_N_s"}));
     EXPECT_GT(*slow.completion_time, *quick.completion_time);
@@ -216,7 +217,7 @@ TEST(ScoreMetrics, ADetourWorsensWayAndTimeButNotTheRest) {
             .score;
     ASSERT_TRUE(straight.completed && detour.completed);
     const std::set<std::string> changed = changes(straight, detour);
-    for (const char* key : {"completion_time_s", "wire_travel_mm", "advanced_mm", "withdrawn_mm", "reversals",
+    for (const char* key : {"completed_after_s", "completion_time_s", "wire_travel_mm", "advanced_mm", "withdrawn_mm", "reversals",
                             "back_and_forth_ratio", "tip_path_mm", "path_efficiency"})
         EXPECT_TRUE(changed.contains(key)) << key;
     for (const char* key : {"contrast_ml", "rotation_deg", "wrong_branches", "handling_errors", "views",
@@ -225,36 +226,9 @@ TEST(ScoreMetrics, ADetourWorsensWayAndTimeButNotTheRest) {
     EXPECT_GT(detour.tip_path, straight.tip_path);
     EXPECT_LT(detour.path_efficiency, 0.8);
     EXPECT_GT(straight.path_efficiency, 0.8);
-    const scenario::Par par = par_of(straight);
-    EXPECT_DOUBLE_EQ(grade(straight, par).points, 100);
-    EXPECT_LT(grade(detour, par).points, 100);
-}
-
-TEST(Grade, CostsGrowFromParToTwicePar) {
-    Score s;
-    s.completed = true;
-    s.completion_time = 15;
-    s.beam_on_time = 40;
-    s.contrast = 5;
-    s.wire_travel = 100;
-    s.wrong_branches = {{"RRA", 1, 2.0}};
-    s.mishaps.resize(2);
-    const Grade made = grade(s, {10.0, 10.0, 10.0, {}});
-    ASSERT_EQ(made.lines.size(), 8u);
-    EXPECT_DOUBLE_EQ(made.lines[0].cost, 12.5);
-    EXPECT_DOUBLE_EQ(made.lines[1].cost, 25);  // four times par costs no more than twice
-    EXPECT_DOUBLE_EQ(made.lines[2].cost, 0);
-    EXPECT_DOUBLE_EQ(made.lines[3].cost, 0);  // no par
-    EXPECT_DOUBLE_EQ(made.lines[4].cost, 5);
-    EXPECT_DOUBLE_EQ(made.lines[5].cost, 8);
-    EXPECT_DOUBLE_EQ(made.points, 100 - 12.5 - 25 - 5 - 8);
-    s.mishaps.resize(50);
-    EXPECT_DOUBLE_EQ(grade(s, {}).points, 100 - 5 - 20);
-    s.completed = false;
-    EXPECT_EQ(grade(s, {}).points, 0);
-    double most = 0;
-    for (std::size_t line = 0; line < 6; ++line) most += made.lines[line].most;
-    EXPECT_DOUBLE_EQ(most, 100);  // injuries can cost that by themselves
+    const scenario::Benchmark skilled = benchmark_of(std::vector<Score>{straight}, "a test", 0);
+    EXPECT_DOUBLE_EQ(grade(straight, skilled).points, 100);
+    EXPECT_LT(grade(detour, skilled).points, 100);
 }
 
 }  // namespace exercise
