@@ -298,42 +298,6 @@ void Play::draw_end() {
     ImGui::End();
 }
 
-void Play::draw_help() {
-    begin_page(window_, "help", u(860));
-    wrapped(window_, Face::Title, palette::bright, "Keys");
-    const float rows = (room::actions + static_cast<float>(options_.keys.injections.size())) / 2 + 4;
-    ImGui::BeginChild("list", ImVec2(0, std::min(rows * ImGui::GetTextLineHeightWithSpacing(),
-                                                 0.96f * static_cast<float>(window_.height()) - u(110))));
-    if (ImGui::BeginTable("keys", 4)) {
-        for (const float width : {150.0f, 220.0f, 150.0f, 220.0f})
-            ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, width);
-        for (int k = 0; k < room::actions; ++k) {
-            const auto action = static_cast<Action>(k);
-            ImGui::TableNextColumn();
-            text(palette::beam, options_.keys.text(action));
-            ImGui::TableNextColumn();
-            text(palette::value,
-                 std::string(room::info(action).help) + (action < room::first_pressed ? " (hold)" : ""));
-        }
-        for (const room::InjectionPreset& preset : options_.keys.injections) {
-            ImGui::TableNextColumn();
-            text(palette::beam, std::string(room::key_names()[preset.key]));
-            ImGui::TableNextColumn();
-            text(palette::value,
-                 fmt::format("inject {} {}", preset.name,
-                             preset.through_device ? "at the tip" : "into the " + preset.branch));
-        }
-        ImGui::EndTable();
-    }
-    wrapped(palette::label,
-            "Mouse: the wheel pushes, dragging on the image pushes (up) and turns (right), with the right "
-            "button it moves the table; dragging the C-arm's pictograms turns it. Gamepad: left stick "
-            "pushes, right stick turns.");
-    ImGui::EndChild();
-    if (ImGui::Button("Close")) help_ = false;
-    ImGui::End();
-}
-
 void Play::draw_menu() {
     begin_page(window_, "menu", u(300));
     const ImVec2 wide(-1, 0);

@@ -31,10 +31,6 @@ double share(std::vector<double> values, double part) {
     return values[at];
 }
 
-bool moves_wire(Action action) {
-    return action <= Action::RotateRight;
-}
-
 }  // namespace
 
 void Measure::write(const std::filesystem::path& path, int frames, int lost) const {
@@ -59,6 +55,7 @@ Play::Play(Window& window, PlayOptions options)
       opened_(Clock::now()),
       drawn_at_(Clock::now()) {
     hints_ = load_settings();
+    options_.keys.labels = Window::key_labels();
     thumbnails_.resize(options_.exercises.size());
     if (!options_.replays.empty())
         show_replay(0);
@@ -105,7 +102,10 @@ void Play::open(std::size_t exercise, bool free_practice) {
     instructor_.reset();
     review_open_ = menu_ = false;
     countdown_.reset();
+    asking_.reset();
+    used_left_ = false;
     hint_ = 0;
+    options_.keys.labels = Window::key_labels();
 
     const Exercise& chosen = options_.exercises[exercise];
     room::SessionOptions session;
@@ -137,6 +137,7 @@ void Play::leave() {
     view_.reset();
     shows_solution_ = is_replay_ = false;
     menu_ = false;
+    asking_.reset();
     screen_ = Screen::Chooser;
 }
 
@@ -184,6 +185,7 @@ void Play::obey(Action action) {
     switch (action) {
         case Action::Help:
             help_ = !help_;
+            if (help_) options_.keys.labels = Window::key_labels();
             break;
         case Action::Menu:
             if (help_)
@@ -213,16 +215,50 @@ void Play::obey(Action action) {
             if (session_) session_->give(room::Control::TakeBack);
             break;
         case Action::Finish:
-            if (session_) session_->give(room::Control::Finish);
+        case Action::BackToStart:
+            ask(action);
             break;
         default:
             break;
     }
 }
 
+/// Asks before an attempt ends; of what a script plays nothing is lost.
+void Play::ask(Action action) {
+    if (!session_ || !view_ || countdown_ || (!running() && view_->phase != Phase::Paused)) return;
+    if (session_->options().script) {
+        if (action == Action::Finish) session_->give(room::Control::Finish);
+        return;
+    }
+    asking_ = action;
+    ran_ = running();
+    session_->give(room::Control::Pause);
+}
+
+void Play::answer(bool yes) {
+    const Action asked = *std::exchange(asking_, {});
+    if (yes && asked == Action::Finish) return session_->give(room::Control::Finish);
+    if (yes) {
+        room::Input input;
+        input.pressed.push_back(Action::BackToStart);
+        session_->give(input);
+    }
+    if (yes || ran_) session_->give(room::Control::Resume);
+}
+
+void Play::hear_answer(const Events& events) {
+    session_->give(room::Input());
+    for (const room::Key key : events.pressed) {
+        const std::string_view name = room::key_names()[static_cast<std::size_t>(key)];
+        const bool yes = name == "Enter" || name == "KeypadEnter" || name == "GamepadA";
+        if (yes || name == "Escape" || name == "GamepadB") return answer(yes);
+    }
+}
+
 /// Handles keys of the window; hands and feet go to the session.
 void Play::pass_on(const Events& events) {
     const room::KeyMap& map = options_.keys;
+    if (asking_) return hear_answer(events);
     if (screen_ == Screen::Room && session_) {
         const bool hands_free = !menu_ && !review_open_ && !countdown_;
         room::Input input = hands_free ? input_of(events) : room::Input();
@@ -232,7 +268,8 @@ void Play::pass_on(const Events& events) {
                 const auto action = static_cast<Action>(k);
                 if (std::find(map.keys[k].begin(), map.keys[k].end(), key) == map.keys[k].end()) continue;
                 obey(action);
-                if (hands_free && moves_wire(action)) asked = events.first_press;
+                if (asking_) return session_->give(room::Input());
+                if (hands_free && room::moves_device(action)) asked = events.first_press;
             }
         }
         if (events.wheel != 0 && hands_free) asked = Clock::now();
@@ -254,23 +291,26 @@ room::Input Play::input_of(const Events& events) {
             const bool pressed =
                 std::find(events.pressed.begin(), events.pressed.end(), key) != events.pressed.end();
             if (window_.holds(key) || pressed) input.held.set(static_cast<std::size_t>(k));
-            if (pressed && static_cast<Action>(k) >= room::first_pressed)
+            // What begins a new attempt is asked first.
+            if (pressed && static_cast<Action>(k) >= room::first_pressed &&
+                static_cast<Action>(k) != Action::BackToStart)
                 input.pressed.push_back(static_cast<Action>(k));
         }
     }
     for (const room::Key key : events.pressed)
         for (std::size_t k = 0; k < map.injections.size(); ++k)
             if (map.injections[k].key == key) input.injections.push_back(static_cast<int>(k));
-    input.wheel = events.wheel;
+    input.wheel = help_ ? 0 : events.wheel;  // there it scrolls
+    used_left_ = used_left_ || input.holds(Action::LeftAdvance) || input.holds(Action::LeftWithdraw);
     input.drag_up = std::exchange(drag_up_, 0);
     input.drag_right = std::exchange(drag_right_, 0);
     input.arm_lao = std::exchange(arm_lao_, 0);
     input.arm_cranial = std::exchange(arm_cranial_, 0);
     input.table_left = std::exchange(table_left_, 0);
     input.table_head = std::exchange(table_head_, 0);
-    const auto [push, turn] = window_.axes();
-    input.push = push;
-    input.turn = turn;
+    const Window::Sticks sticks = window_.sticks();
+    input.push = sticks.push;
+    input.turn = sticks.turn;
     return input;
 }
 
@@ -280,7 +320,9 @@ void Play::watch_session() {
         view_ = session_->view();
         constexpr const char* phases[] = {"loading", "ready", "running", "paused", "ended", "failed"};
         title = fmt::format("Seldinger - {} - {}", session_->options().scenario.name,
-                            countdown_ ? "countdown" : phases[static_cast<int>(view_->phase)]);
+                            countdown_ ? "countdown"
+                            : asking_  ? "asks"
+                                       : phases[static_cast<int>(view_->phase)]);
         if (view_->phase == Phase::Ready && screen_ == Screen::Room) {
             if (shows_solution_ || is_replay_) {
                 session_->give(room::Control::Start);
@@ -347,6 +389,7 @@ void Play::draw(float time) {
         review_open_ = review_.draw(view_->runs, whole, window_, time,
                                     session_->options().scenario.wire().device.outer_diameter);
     if (help_) draw_help();
+    if (asking_ && screen_ == Screen::Room) draw_asking();
     if (menu_) draw_menu();
 }
 

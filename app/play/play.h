@@ -81,6 +81,9 @@ private:
     void pass_on(const Events&);
     room::Input input_of(const Events&);
     void obey(room::Action);
+    void ask(room::Action);
+    void answer(bool yes);
+    void hear_answer(const Events&);
     void watch_session();
     void end_attempt();
     void settle();
@@ -100,6 +103,9 @@ private:
     void draw_countdown();
     void draw_end();
     void draw_help();
+    void draw_hands_help();
+    void draw_keys_of(room::Task);
+    void draw_asking();
     void draw_menu();
     Texture* thumbnail(std::size_t exercise);
     float choose_unit() const;
@@ -122,6 +128,9 @@ private:
     std::optional<room::Clock::time_point> countdown_;
     bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
     bool quits_ = false, differed_ = false;
+    std::optional<room::Action> asking_;  // whether it is meant; the exercise waits meanwhile
+    bool ran_ = false;                    // before it asked
+    bool used_left_ = false;              // the left hand, in this exercise
     int hint_ = 0;
     double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0, table_left_ = 0, table_head_ = 0;
     Texture image_, reference_;

@@ -24,14 +24,16 @@ using room::Phase;
 
 struct Hint {
     Action action;
-    const char* words;
+    const char*
+        words;  // with the key in place of {0}, and in place of {1} that of the first injection by the pump
 };
 constexpr Hint hints[] = {
-    {Action::Fluoroscopy, "Hold {} for fluoroscopy: the image is live while the pedal is down"},
-    {Action::Advance, "{} pushes the wire, the mouse wheel as well; Shift is slower, Ctrl faster"},
-    {Action::RotateRight, "{} turns the wire: look for the side that its tip points to"},
-    {Action::Acquisition, "Hold {} for a DSA run, and inject with F3 once its mask is taken"},
-    {Action::Roadmap, "{} lays the vessels of the last DSA run under the live image"}};
+    {Action::Fluoroscopy, "Hold {0} for fluoroscopy: the image is live while the pedal is down"},
+    {Action::Advance, "{0} pushes the wire, the mouse wheel as well; Shift is slower, Ctrl faster"},
+    {Action::RotateRight, "{0} turns the wire: look for the side that its tip points to"},
+    {Action::LeftAdvance, "{0} pushes what the left hand holds, at the same time: the strip below says what"},
+    {Action::Acquisition, "Hold {0} for a DSA run, and inject with {1} once its mask is taken"},
+    {Action::Roadmap, "{0} lays the vessels of the last DSA run under the live image"}};
 
 }  // namespace
 
@@ -178,13 +180,20 @@ void Play::draw_strip(const Box& area) {
          left < 20 ? palette::caution : palette::value);
     item("ERRORS", std::to_string(score.mishaps.size()),
          score.mishaps.empty() ? palette::value : palette::caution);
+    if (r.devices.size() > 1 && !session_->options().script) {
+        const auto held = [](const std::string& names) { return names.empty() ? "-" : names; };
+        item("LEFT", held(r.left_hand));
+        item("RIGHT", held(r.held));
+        item("HELPER", held(r.helper));
+    }
     if (free_practice_) item("FREE PRACTICE", fmt::format("{} taken back", view_->taken_back), palette::calm);
     if (shows_solution_) item("SOLUTION", "your turn comes next", palette::calm);
     if (is_replay_)
         item("REPLAY", view_->differences.empty() ? "as recorded" : "differs",
              view_->differences.empty() ? palette::calm : palette::alarm);
     if (view_->phase == Phase::Paused)
-        item("PAUSED", options_.keys.first(Action::Pause) + " goes on", palette::caution);
+        item("PAUSED", asking_ ? "answer first" : options_.keys.first(Action::Pause) + " goes on",
+             palette::caution);
     if (view_->slow) item("SLOW", "frames are late", palette::alarm);
     const float right = (area.right - area.left) / window_.unit() - 14;
     const std::string record = view_->recording                                   ? "REC"
@@ -202,12 +211,17 @@ void Play::draw_hint(const Box& image) {
     if (!hints_ || view_->phase != Phase::Running || countdown_ || shows_solution_ || is_replay_) return;
     // The next hint appears when the action requested by the last one was done.
     const exercise::Score& score = view_->score;
-    const bool done[] = {score.beam_on_time > 1, score.advanced > 5, score.rotation > 0.5, score.contrast > 1,
-                         view_->readout.mode == "ROADMAP"};
+    const bool done[] = {score.beam_on_time > 1, score.advanced > 5,
+                         score.rotation > 0.5,   used_left_ || view_->readout.devices.size() < 2,
+                         score.contrast > 1,     view_->readout.mode == "ROADMAP"};
     while (hint_ < static_cast<int>(std::size(hints)) && done[hint_]) ++hint_;
     if (hint_ >= static_cast<int>(std::size(hints))) return;
+    std::string pump = "no key";
+    for (const room::InjectionPreset& preset : options_.keys.injections)
+        if (preset.by == room::InjectionPreset::By::Pump && pump == "no key")
+            pump = options_.keys.label(preset.key);
     const std::string words =
-        fmt::format(fmt::runtime(hints[hint_].words), options_.keys.first(hints[hint_].action));
+        fmt::format(fmt::runtime(hints[hint_].words), options_.keys.first(hints[hint_].action), pump);
     const float width = std::min(image.right - u(20), u(560));
     ImGui::SetNextWindowPos(ImVec2(std::round((image.left + image.right - width) / 2), u(56)));
     ImGui::SetNextWindowSize(ImVec2(width, 0));

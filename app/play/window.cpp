@@ -230,14 +230,25 @@ void Window::poll_gamepad() {
     }
 }
 
-std::array<double, 2> Window::axes() const {
+Window::Sticks Window::sticks() const {
     const std::optional<GLFWgamepadstate> state = gamepad();
-    if (!state) return {0, 0};
+    if (!state) return {};
     const auto axis = [&](int k) {
         const double value = state->axes[k];
         return std::isfinite(value) ? std::clamp(value, -1.0, 1.0) : 0.0;
     };
-    return {-axis(GLFW_GAMEPAD_AXIS_LEFT_Y), axis(GLFW_GAMEPAD_AXIS_RIGHT_X)};
+    static_assert(room::sides[0] == room::Side::Right);
+    return {{-axis(GLFW_GAMEPAD_AXIS_RIGHT_Y), -axis(GLFW_GAMEPAD_AXIS_LEFT_Y)},
+            {axis(GLFW_GAMEPAD_AXIS_RIGHT_X), axis(GLFW_GAMEPAD_AXIS_LEFT_X)}};
+}
+
+std::vector<std::string> Window::key_labels() {
+    std::vector<std::string> labels;
+    for (std::size_t k = 0; k < codes().size(); ++k) {
+        const char* sign = codes()[k] == GLFW_KEY_UNKNOWN ? nullptr : glfwGetKeyName(codes()[k], 0);
+        labels.push_back(room::label_of(room::key_names()[k], sign ? sign : ""));
+    }
+    return labels;
 }
 
 Events Window::take_events() {

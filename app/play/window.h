@@ -60,8 +60,13 @@ public:
     static void wake();  // from any thread
     Events take_events();
     bool holds(room::Key key) const { return held_[static_cast<std::size_t>(key)]; }
-    /// Axes of a gamepad: push and turn, -1 to 1.
-    std::array<double, 2> axes() const;
+    /// Sticks of a gamepad, -1 to 1.
+    struct Sticks {
+        std::array<double, 2> push{}, turn{};  // of each room::Side
+    };
+    Sticks sticks() const;
+    /// What is shown for each key in the layout that the keyboard has now.
+    static std::vector<std::string> key_labels();
     bool wants_to_close() const;
     void set_title(const std::string&);
     bool can_be_seen() const;  // neither minimised nor without area

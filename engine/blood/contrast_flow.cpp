@@ -147,6 +147,12 @@ double ContrastFlow::injection_rate() const {
     return rate;
 }
 
+double ContrastFlow::time_left() const {
+    double time = 0;
+    for (const Running& injection : running_) time = std::max(time, injection.left / injection.rate);
+    return time;
+}
+
 void ContrastFlow::step(double dt) {
     assert(dt >= 0);
     while (dt > 0) {

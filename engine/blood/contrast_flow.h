@@ -103,6 +103,7 @@ public:
 
     bool injecting() const { return !running_.empty(); }
     double injection_rate() const;                 // of all running injections [ml/s]
+    double time_left() const;                      // until the last of them ends [s]
     double injected() const { return injected_; }  // so far [ml]
     double left() const;                           // of the limit, counting running injections in full [ml]
     IodineBalance balance() const;

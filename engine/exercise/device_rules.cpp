@@ -23,7 +23,8 @@ std::string missing_device(const script::Command& command, const scenario::Scena
     if (const auto* c = std::get_if<script::Withdraw>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Rotate>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Grip>(&command)) of(c->held);
-    if (const auto* c = std::get_if<script::Inject>(&command); c && c->branch.empty()) of(c->through);
+    if (const auto* c = std::get_if<script::Pin>(&command)) of(c->held);
+    if (const auto* c = std::get_if<script::Inject>(&command); c && c->through_device()) of(c->through);
     if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? Held::Catheter : c->held);
     if (std::holds_alternative<script::Exchange>(command) && alone) of(Held::Catheter);
     if (asked == Held::All || scenario.index_of(asked)) return "";
@@ -77,7 +78,7 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
                 say(error.what());
             }
         }
-        if (const auto* inject = std::get_if<script::Inject>(&command); inject && inject->branch.empty()) {
+        if (const auto* inject = std::get_if<script::Inject>(&command); inject && inject->through_device()) {
             const scenario::PlacedDevice& through = scenario.devices[*scenario.index_of(inject->through)];
             const double most = largest_flow(through.device, 0, 0);
             if (inject->rate > most)

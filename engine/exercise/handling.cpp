@@ -174,7 +174,7 @@ void Handling::observe(const Frame& frame) {
 
     for (const script::Command& command : frame.commands)
         if (const auto* inject = std::get_if<script::Inject>(&command))
-            injects_through_ = inject->branch.empty() ? inject->through : script::Held::All;
+            injects_through_ = inject->through_device() ? inject->through : script::Held::All;
     if (!simulation.contrast().injecting()) injects_through_ = script::Held::All;
     const double against =
         injects_through_ == script::Held::All ? 0 : end_on_wall(simulation, injects_through_).force;

@@ -89,13 +89,14 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 
 void Simulation::reset() {
     was_reset_ = true;
-    devices_ = scenario_.devices;
+    exchanged_name_.clear();
+    pinned_otherwise_.clear();
+    place_devices();
     if (gives_) gives_->forget();
     readings_ = {};
     readings_.hands.resize(devices_.size());
     waiting_.clear();
     denied_.clear();
-    exchanged_name_.clear();
     console_ = start_console(scenario_);
     frames_ = 0;
     breathing_ = {};
@@ -201,9 +202,11 @@ struct Simulation::Apply {
         at.waiting_.push_back({0, 0, 0, false, c.device});
     }
     void operator()(const script::Grip& c) const { at.grip(*at.scenario_.index_of(c.held), c.distance); }
+    void operator()(const script::Pin& c) const { at.pin(*at.scenario_.index_of(c.held), c.on); }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
     void operator()(const script::Inject& c) const {
-        if (c.branch.empty()) return at.inject_through(c);
+        if (c.through_device()) return at.inject_through(c);
+        if (c.introducer) return at.contrast_->inject({at.wire_.joints[0], c.rate, c.volume, c.iodine});
         at.contrast_->inject(injection(c));
     }
     void operator()(const script::Reset&) const { at.reset(); }
@@ -244,8 +247,8 @@ StepReport Simulation::step() {
     StepReport report;
     hub_ ? move_hub(report) : move_segments(report);
     for (const Motion& m : waiting_) {
-        report.waiting_insertion += m.insertion;
-        report.waiting_rotation += m.rotation;
+        report.waiting_insertion += std::abs(m.insertion);
+        report.waiting_rotation += std::abs(m.rotation);
     }
     report.past_vessel_end = tip_has_left();
     keep_readings(report);
@@ -471,11 +474,11 @@ void Simulation::state(geometry::StateStream& s) {
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, usual_work_, part_work_, *contrast_,
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
       injuries_, model_changes_);
+    s.unless_empty(pinned_otherwise_);
     s.beside(readings_);
     if (s.restores()) {
-        devices_ = scenario_.devices;
+        place_devices();
         if (gives_) gives_->forget();
-        if (!exchanged_name_.empty()) devices_[0].device = wire_of_catalogue(exchanged_name_, scenario_);
     }
     if (hub_)
         s(*hub_, moving_);

@@ -53,8 +53,8 @@ struct StepReport : MotionFlags {
     /// Of each shaft that is another model from now on: what it is and what that leaves out, a sentence.
     std::vector<std::string> torsions;
     std::string vessels;           // the same, of vessels that make way from now on, or stay
-    double waiting_insertion = 0;  // asked for but not made yet [mm]
-    double waiting_rotation = 0;   // [rad]
+    double waiting_insertion = 0;  // Σ|length| asked for but not made yet [mm]
+    double waiting_rotation = 0;   // Σ|angle| [rad]
     bool reset = false;            // a new attempt began with this frame
     int injuries = 0;              // new ones: the last of Simulation::injuries()
     ConsoleEvents console;
@@ -265,6 +265,8 @@ private:
     void refuse(Motion&, const physics::HubReport&, StepReport&);
     void refuse_push(Motion&, double part, StepReport&);
     void grip(int device, double distance);
+    void pin(int device, bool on);
+    void place_devices();
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
@@ -331,6 +333,7 @@ private:
     std::string denied_;          // since the last step
     std::string exchanged_name_;  // of the wire that is used now; empty = the scenario's
     std::vector<scenario::PlacedDevice> devices_;
+    std::vector<int> pinned_otherwise_;  // devices: than the scenario says; in order
     // In the foundation, once asked for: of contrast()'s nodes, and of the lumen's vertices.
     mutable std::vector<int> node_stations_, vertex_stations_;
 };

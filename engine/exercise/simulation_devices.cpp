@@ -96,6 +96,32 @@ void Simulation::grip(int device, double distance) {
     if (hub_is_idle()) balance();
 }
 
+/// Somebody holds the device from now on, or nobody, whatever a hand did last.
+void Simulation::pin(int device, bool on) {
+    scenario::PlacedDevice& placed = devices_[device];
+    if (!on && placed.device.holding_valve_friction() == 0) {
+        denied_ =
+            fmt::format("Nobody can let go of the {}: its valve has no friction to hold it", placed.name());
+        return;
+    }
+    if (placed.pinned == on && chain().devices[device].held == on) return;
+    placed.pinned = on;
+    std::erase(pinned_otherwise_, device);
+    if (on != scenario_.devices[device].pinned)
+        pinned_otherwise_.insert(std::ranges::lower_bound(pinned_otherwise_, device), device);
+    if (!hub_) return;
+    moving_.devices[device].held = wire_.devices[device].held = on;
+    if (!on) outside_.hold(devices_, moving_, false);
+    if (hub_is_idle()) balance();
+}
+
+/// Those of the scenario, with what this attempt has changed of them.
+void Simulation::place_devices() {
+    devices_ = scenario_.devices;
+    if (!exchanged_name_.empty()) devices_[0].device = wire_of_catalogue(exchanged_name_, scenario_);
+    for (const int device : pinned_otherwise_) devices_[device].pinned = !devices_[device].pinned;
+}
+
 double Simulation::largest_flow(script::Held held) const {
     const std::optional<int> device = scenario_.index_of(held);
     const double in = inserted(held);

@@ -63,7 +63,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     relaxer_.reset();
     if (wall) wall_ = std::move(wall);
     scenario_ = std::move(changed);
-    if (exchanged_name_.empty()) devices_ = scenario_.devices;
+    if (exchanged_name_.empty()) place_devices();
     know_vessels();
     waiting_.clear();
     const physics::Chain before = wire_;

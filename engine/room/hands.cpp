@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
-#include "engine/anatomy/anatomy.h"
+#include "engine/room/injections.h"
 #include "render/xray/c_arm.h"
 
 namespace room {
@@ -56,7 +56,7 @@ void Input::add(const Input& later) {
 Hands::Hands(KeyMap keys, double frame_time) : keys_(std::move(keys)), frame_time_(frame_time) {}
 
 void Hands::rest() {
-    push_since_ = turn_since_ = 0;
+    hands_ = {};
 }
 
 /// Mean share of its full speed over the frame.
@@ -70,29 +70,46 @@ double Hands::run_up(bool held, double& since) const {
     return whole <= 0 ? 1 : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / whole);
 }
 
-void Hands::move_wire(const Input& input, const exercise::StepReport& last,
-                      std::vector<script::Command>& commands) {
+/// What the hand pushes and turns its device by in this frame [mm], [rad].
+std::pair<double, double> Hands::motion(Side side, const Input& input) {
     const Speeds& s = keys_.speeds;
+    const auto at = static_cast<std::size_t>(side);
     const int speed = speed_of(input);
-    const double push_key = direction(input, Action::Advance, Action::Withdraw);
-    const double turn_key = direction(input, Action::RotateRight, Action::RotateLeft);
-    const double push_axis = beyond(input.push, s.dead_zone), turn_axis = beyond(input.turn, s.dead_zone);
-    double push = push_key * run_up(push_key != 0, push_since_) + push_axis * std::abs(push_axis);
-    double turn = turn_key * run_up(turn_key != 0, turn_since_) + turn_axis * std::abs(turn_axis);
+    const auto& keys = actions_of_hands[at];
+    const double push_key = direction(input, keys[0], keys[1]), turn_key = direction(input, keys[3], keys[2]);
+    const double push_axis = beyond(input.push[at], s.dead_zone),
+                 turn_axis = beyond(input.turn[at], s.dead_zone);
+    double push = push_key * run_up(push_key != 0, hands_[at].push_since) + push_axis * std::abs(push_axis);
+    double turn = turn_key * run_up(turn_key != 0, hands_[at].turn_since) + turn_axis * std::abs(turn_axis);
     push *= s.advance[speed] * frame_time_;
     turn *= s.rotate[speed] * frame_time_;
-    push += input.wheel * s.wheel + input.drag_up * s.drag_advance;
-    turn += input.drag_right * s.drag_rotate;
+    if (side != keys_.mouse) return {push, turn};
+    return {push + input.wheel * s.wheel + input.drag_up * s.drag_advance,
+            turn + input.drag_right * s.drag_rotate};
+}
 
-    if (std::abs(last.waiting_insertion) > Speeds::most_behind) push = 0;
-    if (std::abs(last.waiting_rotation) > Speeds::most_behind_in_turn) turn = 0;
+void Hands::move_device(Side side, const Input& input, const exercise::StepReport& last,
+                        std::vector<script::Command>& commands, std::vector<std::string>& messages) {
+    auto [push, turn] = motion(side, input);
+    const std::optional<script::Held> held = grasp_->in(side);
+    if (!held) {
+        if (push != 0 || turn != 0)
+            messages.push_back(fmt::format(
+                "The {} hand is empty: {}", name_of(side),
+                grasp_->devices() == 1
+                    ? "this exercise has one device"
+                    : keys_.first(actions_of_hands[static_cast<std::size_t>(side)][4]) + " takes a device"));
+        return;
+    }
+    if (last.waiting_insertion > Speeds::most_behind) push = 0;
+    if (last.waiting_rotation > Speeds::most_behind_in_turn) turn = 0;
     push = rounded(std::clamp(push, -script::largest_motion, script::largest_motion), 1e-3);
     turn = std::clamp(rounded(turn / geometry::degree, 1e-2), -script::largest_rotation,
                       script::largest_rotation);
     if (std::abs(push) > smallest_motion)
-        commands.push_back(push > 0 ? script::Command(script::Advance{push, held_})
-                                    : script::Command(script::Withdraw{-push, held_}));
-    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * geometry::degree, held_});
+        commands.push_back(push > 0 ? script::Command(script::Advance{push, *held})
+                                    : script::Command(script::Withdraw{-push, *held}));
+    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * geometry::degree, *held});
 }
 
 void Hands::press_pedals(const Input& input, const exercise::Simulation& simulation,
@@ -101,7 +118,7 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
         if (action == Action::Mask) commands.push_back(script::NewMask{});
-        if (action == Action::Device) take_next_device(simulation, messages);
+        change_grasp(action, simulation, messages);
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
         if (action == Action::Breath) {
             using State = scenario::Breathing::State;
@@ -122,35 +139,32 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
 }
 
-/// From the innermost device outward, then all of them.
-void Hands::take_next_device(const exercise::Simulation& simulation, std::vector<std::string>& messages) {
-    const auto devices = simulation.devices();
-    if (devices.size() == 1) {
-        messages.push_back("This exercise has one device: the wire");
+void Hands::change_grasp(Action action, const exercise::Simulation& simulation,
+                         std::vector<std::string>& messages) {
+    std::string problem;
+    if (action == Action::Helper)
+        problem = grasp_->call_helper(simulation);
+    else if (action == Action::Device || action == Action::LeftDevice)
+        grasp_->take_next(action == Action::Device ? Side::Right : Side::Left);
+    else
         return;
-    }
-    const int now = held_ == script::Held::All ? -1 : simulation.scenario().index_of(held_).value_or(-1);
-    const auto next = static_cast<std::size_t>(now + 1);
-    held_ = next < devices.size() ? devices[next].role : script::Held::All;
-    if (held_ != script::Held::All) {
-        messages.push_back(fmt::format("The hand holds the {}", script::name_of(held_)));
-        return;
-    }
-    std::string all;
-    for (std::size_t k = 0; k < devices.size(); ++k)
-        all += fmt::format("{}{}", k == 0 ? "" : k + 1 == devices.size() ? " and " : ", ", devices[k].name());
-    messages.push_back("The hand holds " + all);
+    if (action != Action::Helper && grasp_->devices() == 1)
+        problem = "This exercise has one device: the wire";
+    messages.push_back(problem.empty() ? grasp_->sentence() : problem);
 }
 
-/// All presses of a frame are one step, of each device in the hand. It stops where the command's range ends.
+/// All presses of a frame are one step, of each device in the right hand. It stops where the command's range
+/// ends.
 void Hands::move_grip(const Input& input, const exercise::Simulation& simulation,
                       std::vector<script::Command>& commands, std::vector<std::string>& messages) const {
     double step = 0;
     for (const Action action : input.pressed)
         step += keys_.speeds.grip_step * ((action == Action::GripFarther) - (action == Action::GripCloser));
     if (step == 0) return;
+    const std::optional<script::Held> held = grasp_->in(Side::Right);
+    if (!held) messages.push_back("The right hand is empty: it has no distance from a valve");
     for (const scenario::PlacedDevice& device : simulation.devices()) {
-        if (held_ != script::Held::All && held_ != device.role) continue;
+        if (held != script::Held::All && held != device.role) continue;
         const std::optional<double> now = simulation.gripped_at(device.role);
         if (!now) {
             messages.push_back("The hand's distance counts with the method \"global\" only");
@@ -275,30 +289,15 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
     }
 }
 
+/// One at a time, of several presses in a frame the first.
 void Hands::inject(const Input& input, const exercise::Simulation& simulation,
-                   std::vector<script::Command>& commands, std::vector<std::string>& messages) {
-    const anatomy::Anatomy& anatomy = simulation.anatomy();
-    double left = simulation.contrast().left();
+                   std::vector<script::Command>& commands, std::vector<std::string>& messages) const {
     for (const int index : input.injections) {
-        const InjectionPreset& preset = keys_.injections.at(static_cast<std::size_t>(index));
-        std::string branch = preset.branch;
-        const bool known = std::any_of(anatomy.branches.begin(), anatomy.branches.end(),
-                                       [&](const auto& b) { return b.name == branch; });
-        const bool through = preset.through_device && simulation.devices().size() > 1;
-        if (through)
-            branch.clear();
-        else if (preset.through_device || !known)
-            branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.tip()).branch].name;
-        if (preset.volume > left) {
-            messages.push_back(
-                fmt::format("{:.0f} ml more is beyond the patient's limit of contrast", preset.volume));
-            continue;
-        }
-        left -= preset.volume;
-        // Through the innermost lumen.
-        script::Inject inject{preset.volume, preset.rate, branch, preset.iodine};
-        if (through) inject.through = simulation.devices()[1].role;
-        commands.push_back(inject);
+        Answer answer = room::inject(keys_.injections.at(static_cast<std::size_t>(index)), simulation);
+        messages.push_back(std::move(answer.said));
+        if (!answer.command) continue;
+        commands.push_back(*answer.command);
+        return;
     }
 }
 
@@ -309,15 +308,17 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
     if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
         rest();
         wants_roadmap_ = acquires_ = false;
-        held_ = script::Held::Wire;
+        grasp_.reset();
         commands.push_back(script::Reset{});
         return commands;
     }
+    if (!grasp_) grasp_.emplace(simulation);
     press_pedals(input, simulation, commands, messages);
+    for (const script::Command& pin : grasp_->pins(simulation)) commands.push_back(pin);
     move_stand(input, simulation, commands, messages);
     inject(input, simulation, commands, messages);
     move_grip(input, simulation, commands, messages);
-    move_wire(input, last, commands);
+    for (const Side side : sides) move_device(side, input, last, commands, messages);
     return commands;
 }
 

@@ -1,11 +1,15 @@
 #pragma once
 /// Hands and feet of the trainee: turns what is held and pressed during one frame into commands of a script.
 
+#include <array>
 #include <bitset>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/exercise/simulation.h"
+#include "engine/room/grasp.h"
 #include "engine/room/keys.h"
 #include "engine/script/command.h"
 
@@ -18,7 +22,7 @@ struct Input {
     std::vector<int> injections;            // indices in the key map, in order
     double wheel = 0;                       // notches, away from the hand positive
     double drag_up = 0, drag_right = 0;     // of the mouse on the image [pixels]
-    double push = 0, turn = 0;              // of a gamepad's axes, -1 to 1
+    std::array<double, 2> push{}, turn{};   // of a gamepad's stick for each Side, -1 to 1
     double arm_lao = 0, arm_cranial = 0;    // requested on the pictogram [rad]
     double table_left = 0, table_head = 0;  // by dragging [mm]
 
@@ -33,35 +37,40 @@ public:
     Hands(KeyMap, double frame_time);
 
     /// The commands of the next frame; `last` is what the previous frame did. Motions that the stand or the
-    /// patient could not follow are not commanded; `messages` then gets a sentence that says so. A hand waits
-    /// for a wire that lags far behind.
+    /// patient could not follow are not commanded; `messages` then gets a sentence that says so. Both hands
+    /// act in a frame, the right one first, and wait for devices that lag far behind.
     std::vector<script::Command> commands(const Input&, const exercise::Simulation&,
                                           const exercise::StepReport& last,
                                           std::vector<std::string>& messages);
-    /// The hand lets go of everything.
+    /// No key is held any more.
     void rest();
     const KeyMap& keys() const { return keys_; }
-    /// What it holds.
-    script::Held held() const { return held_; }
+    /// Who holds what; null before the first frame.
+    const Grasp* grasp() const { return grasp_ ? &*grasp_ : nullptr; }
 
 private:
+    struct Hand {
+        double push_since = 0, turn_since = 0;  // held [s]
+    };
     double run_up(bool held, double& since) const;
-    void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
+    std::pair<double, double> motion(Side, const Input&);
+    void move_device(Side, const Input&, const exercise::StepReport& last, std::vector<script::Command>&,
+                     std::vector<std::string>& messages);
     void press_pedals(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                       std::vector<std::string>& messages);
-    void take_next_device(const exercise::Simulation&, std::vector<std::string>& messages);
+    void change_grasp(Action, const exercise::Simulation&, std::vector<std::string>& messages);
     void move_grip(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                    std::vector<std::string>& messages) const;
     void shift_mask(const Input&, std::vector<script::Command>&) const;
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                     std::vector<std::string>& messages);
     void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                std::vector<std::string>& messages);
+                std::vector<std::string>& messages) const;
 
     KeyMap keys_;
     double frame_time_;
-    double push_since_ = 0, turn_since_ = 0;  // held [s]
-    script::Held held_ = script::Held::Wire;
+    std::array<Hand, 2> hands_;
+    std::optional<Grasp> grasp_;
     bool wants_roadmap_ = false;
     bool acquires_ = false;
 };

@@ -19,53 +19,59 @@ namespace {
 using geometry::degree;
 
 constexpr std::array<ActionInfo, actions> table = {{
-    {"advance", "push the wire"},
-    {"withdraw", "pull the wire"},
-    {"rotate_left", "turn the hub to the left"},
-    {"rotate_right", "turn the hub to the right"},
-    {"fine", "slow hand"},
-    {"fast", "fast hand"},
-    {"fluoroscopy", "pedal: fluoroscopy, or roadmap"},
-    {"acquisition", "pedal: DSA run"},
-    {"arm_lao", "C-arm to LAO"},
-    {"arm_rao", "C-arm to RAO"},
-    {"arm_cranial", "C-arm to cranial"},
-    {"arm_caudal", "C-arm to caudal"},
-    {"table_head", "table toward the head"},
-    {"table_feet", "table toward the feet"},
-    {"table_left", "table to the patient's left"},
-    {"table_right", "table to the patient's right"},
-    {"table_up", "table up"},
-    {"table_down", "table down"},
-    {"roadmap", "roadmap on and off"},
-    {"mask", "new mask of DSA"},
-    {"reference", "image to the reference screen"},
-    {"shift_left", "mask to the left"},
-    {"shift_right", "mask to the right"},
-    {"shift_up", "mask up"},
-    {"shift_down", "mask down"},
-    {"shift_auto", "mask to where it fits the image best"},
-    {"shift_off", "mask to where it was taken"},
-    {"breath", "hold the breath, or breathe"},
-    {"sid_less", "detector nearer"},
-    {"sid_more", "detector farther"},
-    {"magnify", "smaller field"},
-    {"widen", "larger field"},
-    {"collimate", "collimator closer"},
-    {"uncollimate", "collimator wider"},
-    {"pulses_more", "more pulses a second"},
-    {"pulses_fewer", "fewer pulses a second"},
-    {"device", "the other device in hand"},
-    {"grip_closer", "hand closer to the valve"},
-    {"grip_farther", "hand farther from the valve"},
-    {"review", "look at the runs taken"},
-    {"pause", "pause"},
-    {"back_to_start", "a new attempt from the start"},
-    {"take_back", "take back the last 10 s (free practice)"},
-    {"finish", "end the exercise"},
-    {"help", "this help"},
-    {"instructor", "instructor's view"},
-    {"menu", "menu"},
+    {"advance", "push", Task::Hands},
+    {"withdraw", "pull", Task::Hands},
+    {"rotate_left", "turn the hub to the left", Task::Hands},
+    {"rotate_right", "turn the hub to the right", Task::Hands},
+    {"left_advance", "left hand: push", Task::Hands},
+    {"left_withdraw", "left hand: pull", Task::Hands},
+    {"left_rotate_left", "left hand: turn the hub to the left", Task::Hands},
+    {"left_rotate_right", "left hand: turn the hub to the right", Task::Hands},
+    {"fine", "slow hands", Task::Hands},
+    {"fast", "fast hands", Task::Hands},
+    {"fluoroscopy", "pedal: fluoroscopy, or roadmap", Task::Pedals},
+    {"acquisition", "pedal: DSA run", Task::Pedals},
+    {"arm_lao", "C-arm to LAO", Task::Stand},
+    {"arm_rao", "C-arm to RAO", Task::Stand},
+    {"arm_cranial", "C-arm to cranial", Task::Stand},
+    {"arm_caudal", "C-arm to caudal", Task::Stand},
+    {"table_head", "table toward the head", Task::Stand},
+    {"table_feet", "table toward the feet", Task::Stand},
+    {"table_left", "table to the patient's left", Task::Stand},
+    {"table_right", "table to the patient's right", Task::Stand},
+    {"table_up", "table up", Task::Stand},
+    {"table_down", "table down", Task::Stand},
+    {"roadmap", "roadmap on and off", Task::Pedals},
+    {"mask", "new mask of DSA", Task::Picture},
+    {"reference", "image to the reference screen", Task::Picture},
+    {"shift_left", "mask to the left", Task::Picture},
+    {"shift_right", "mask to the right", Task::Picture},
+    {"shift_up", "mask up", Task::Picture},
+    {"shift_down", "mask down", Task::Picture},
+    {"shift_auto", "mask to where it fits the image best", Task::Picture},
+    {"shift_off", "mask to where it was taken", Task::Picture},
+    {"breath", "hold the breath, or breathe", Task::Pedals},
+    {"sid_less", "detector nearer", Task::Stand},
+    {"sid_more", "detector farther", Task::Stand},
+    {"magnify", "smaller field", Task::Stand},
+    {"widen", "larger field", Task::Stand},
+    {"collimate", "collimator closer", Task::Stand},
+    {"uncollimate", "collimator wider", Task::Stand},
+    {"pulses_more", "more pulses a second", Task::Pedals},
+    {"pulses_fewer", "fewer pulses a second", Task::Pedals},
+    {"device", "the next device in the right hand", Task::Hands},
+    {"left_device", "the next device in the left hand", Task::Hands},
+    {"helper", "helper: takes it from the right hand, lets go, holds", Task::Hands},
+    {"grip_closer", "right hand closer to the valve", Task::Hands},
+    {"grip_farther", "right hand farther from the valve", Task::Hands},
+    {"review", "look at the runs taken", Task::Picture},
+    {"pause", "pause", Task::Exercise},
+    {"back_to_start", "a new attempt from the start", Task::Exercise},
+    {"take_back", "take back the last 10 s (free practice)", Task::Exercise},
+    {"finish", "end the exercise", Task::Exercise},
+    {"help", "this help", Task::Exercise},
+    {"instructor", "instructor's view", Task::Exercise},
+    {"menu", "menu", Task::Exercise},
 }};
 
 io::Range positive(double most) {
@@ -116,6 +122,7 @@ private:
         section.number("drag_mm_per_pixel", s.drag_advance, positive(5));
         section.number("drag_deg_per_pixel", s.drag_rotate, positive(45), degree);
         section.number("gamepad_dead_zone", s.dead_zone, {0, 0.9});
+        if (const auto side = section.choice("mouse", side_names)) map_.mouse = static_cast<Side>(*side);
         section.finish();
     }
 
@@ -192,23 +199,7 @@ private:
         std::vector<io::Section> given = top.sections("injection");
         if (!given.empty()) map_.injections.clear();
         for (io::Section& section : given) {
-            InjectionPreset preset;
-            if (const toml::node* node = section.find("key")) {
-                if (const auto key = claim(*node, "an injection")) preset.key = *key;
-            } else {
-                section.missing("key", "the key that starts it");
-            }
-            section.word("name", preset.name);
-            section.number("volume_ml", preset.volume, positive(script::largest_volume));
-            section.number("rate_ml_per_s", preset.rate, positive(render::largest_flow));
-            section.number("iodine_mg_per_ml", preset.iodine, {1, render::largest_iodine});
-            std::string into = "aorta";
-            section.word("into", into);
-            preset.through_device = into == "device";
-            if (!preset.through_device) preset.branch = into;
-            if (preset.name.empty())
-                preset.name = fmt::format("{:g} ml at {:g} ml/s", preset.volume, preset.rate);
-            section.finish();
+            InjectionPreset preset = injection(section);
             for (std::vector<Key>& keys : map_.keys) std::erase(keys, preset.key);
             map_.injections.push_back(std::move(preset));
         }
@@ -216,6 +207,35 @@ private:
             const auto found = claimed_.find(preset.key);
             return found != claimed_.end() && found->second != "an injection";
         });
+    }
+
+    InjectionPreset injection(io::Section& section) {
+        InjectionPreset preset;
+        if (const toml::node* node = section.find("key")) {
+            if (const auto key = claim(*node, "an injection")) preset.key = *key;
+        } else {
+            section.missing("key", "the key that starts it");
+        }
+        section.word("name", preset.name);
+        std::string into = "aorta";
+        section.word("into", into);
+        preset.way = into == "device"       ? InjectionPreset::Way::Device
+                     : into == "introducer" ? InjectionPreset::Way::Introducer
+                                            : InjectionPreset::Way::Branch;
+        if (preset.way == InjectionPreset::Way::Branch) {
+            preset.branch = into;
+            preset.by = InjectionPreset::By::Pump;
+        }
+        constexpr std::array<std::string_view, 2> givers = {"hand", "pump"};
+        if (const auto by = section.choice("by", givers)) preset.by = static_cast<InjectionPreset::By>(*by);
+        const bool hand = preset.by == InjectionPreset::By::Hand;
+        section.number("volume_ml", preset.volume,
+                       positive(hand ? largest_hand_volume : largest_pump_volume));
+        section.number("rate_ml_per_s", preset.rate,
+                       positive(hand ? largest_hand_rate : render::largest_flow));
+        section.number("iodine_mg_per_ml", preset.iodine, {1, render::largest_iodine});
+        section.finish();
+        return preset;
     }
 
     io::Reading& reading_;
@@ -251,15 +271,41 @@ std::optional<Key> find_key(std::string_view name) {
     return static_cast<Key>(found - names.begin());
 }
 
+std::string label_of(std::string_view name, std::string_view in_layout) {
+    const bool others_have_it = name.starts_with("Keypad") || name == "Space";
+    if (others_have_it || in_layout.empty() || !io::is_utf8(in_layout)) return std::string(name);
+    for (const char c : in_layout) {
+        const auto byte = static_cast<unsigned char>(c);
+        // Leading bytes of U+0080 to U+017F and of U+0380 to U+03FF; what continues them is below 0xC0.
+        const bool shown = byte > 0x20 && byte != 0x7F && (byte < 0xC6 || byte == 0xCE || byte == 0xCF);
+        if (!shown) return std::string(name);
+    }
+    std::string label(in_layout);
+    for (char& c : label)
+        if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    return label;
+}
+
+std::string sentence_of(const InjectionPreset& preset) {
+    return fmt::format("{}{}{}: {:g} ml at {:g} ml/s", preset.name, preset.name.empty() ? "" : ", ",
+                       preset.by == InjectionPreset::By::Hand ? "by hand" : "pump", preset.volume,
+                       preset.rate);
+}
+
+std::string KeyMap::label(Key key) const {
+    const auto at = static_cast<std::size_t>(key);
+    return at < labels.size() ? labels[at] : std::string(key_names().at(at));
+}
+
 std::string KeyMap::text(Action action) const {
     std::vector<std::string> names;
-    for (const Key key : keys[static_cast<int>(action)]) names.emplace_back(key_names()[key]);
+    for (const Key key : keys[static_cast<int>(action)]) names.push_back(label(key));
     return names.empty() ? "no key" : io::joined(names);
 }
 
 std::string KeyMap::first(Action action) const {
     const std::vector<Key>& mine = keys[static_cast<int>(action)];
-    return mine.empty() ? "no key" : std::string(key_names()[mine.front()]);
+    return mine.empty() ? "no key" : label(mine.front());
 }
 
 KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base) {

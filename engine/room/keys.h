@@ -4,14 +4,18 @@
 ///     [hand]
 ///     advance_mm_per_s = [2, 10, 30]      # fine, plain, fast
 ///     shift_px = [0.1, 0.5, 2]            # of the mask
+///     mouse = "right"                     # the hand that wheel and drag are, or "left"
 ///     [keys]
 ///     advance = ["Up", "W"]               # every action has one or more keys, or none: []
 ///     [[injection]]
 ///     key = "F1"
-///     name = "5 ml by hand"
+///     name = "coronary"                   # shown before what it gives; may be left out
+///     by = "hand"                         # or "pump"
 ///     volume_ml = 5
-///     rate_ml_per_s = 2.5
-///     into = "aorta"                      # or "device": where its tip is
+///     rate_ml_per_s = 2
+///     into = "device"                     # through it, or "introducer", or a branch such as "aorta"
+///
+/// Keys are named by their places on a US keyboard; labels() shows what the user's own has there.
 
 #include <array>
 #include <cstdint>
@@ -31,6 +35,10 @@ enum class Action : std::uint8_t {
     Withdraw,
     RotateLeft,
     RotateRight,
+    LeftAdvance,
+    LeftWithdraw,
+    LeftRotateLeft,
+    LeftRotateRight,
     Fine,
     Fast,
     Fluoroscopy,
@@ -65,6 +73,8 @@ enum class Action : std::uint8_t {
     PulsesMore,
     PulsesFewer,
     Device,
+    LeftDevice,
+    Helper,
     GripCloser,
     GripFarther,
     Review,
@@ -79,27 +89,66 @@ enum class Action : std::uint8_t {
 inline constexpr int actions = static_cast<int>(Action::Menu) + 1;
 inline constexpr Action first_pressed = Action::Roadmap;
 
+/// What a group of keys is for.
+enum class Task : std::uint8_t { Hands, Pedals, Stand, Contrast, Picture, Exercise };
+inline constexpr std::array<std::string_view, 6> task_names = {
+    "Hands", "Pedals", "C-arm and table", "Contrast", "Image processing", "Exercise"};
+
 struct ActionInfo {
     std::string_view key;   // in the file
     std::string_view help;  // as shown in the overlay
+    Task task;
 };
 const ActionInfo& info(Action);
+
+enum class Side : std::uint8_t { Right, Left };
+inline constexpr std::array<Side, 2> sides = {Side::Right, Side::Left};
+inline constexpr std::array<std::string_view, 2> side_names = {"right", "left"};
+inline constexpr std::string_view name_of(Side side) {
+    return side_names[static_cast<std::size_t>(side)];
+}
+/// What moves the device in a hand: push, pull, turn to the left, turn to the right, take another one.
+inline constexpr std::array<std::array<Action, 5>, 2> actions_of_hands = {
+    {{Action::Advance, Action::Withdraw, Action::RotateLeft, Action::RotateRight, Action::Device},
+     {Action::LeftAdvance, Action::LeftWithdraw, Action::LeftRotateLeft, Action::LeftRotateRight,
+      Action::LeftDevice}}};
+/// Whether a key of this action moves a device.
+inline constexpr bool moves_device(Action action) {
+    return action <= Action::LeftRotateRight;
+}
 
 /// A key, as its index in key_names().
 using Key = int;
 /// Names of all keys that a file may use, on the US layout: "A", "Up", "F1", "LeftShift", "GamepadA".
 const std::vector<std::string_view>& key_names();
 std::optional<Key> find_key(std::string_view name);
+/// What is shown for a key: what stands on it in the keyboard's layout, if it has a letter or sign that the
+/// panel's fonts have (Latin, Greek); letters in capitals. Otherwise its name; keys of the keypad, whose
+/// signs others have too, and Space keep theirs.
+std::string label_of(std::string_view name, std::string_view in_layout);
 
 struct InjectionPreset {
+    enum class By { Hand, Pump };
+    enum class Way { Device, Introducer, Branch };
     Key key = 0;
-    std::string name;
+    std::string name;  // may be empty
+    By by = By::Hand;
     double volume = 5;    // [ml]
-    double rate = 2.5;    // [ml/s]
+    double rate = 2;      // [ml/s]
     double iodine = 320;  // [mg/ml]
-    bool through_device = false;
-    std::string branch;  // otherwise
+    Way way = Way::Branch;
+    std::string branch;  // of that way: a catheter lies there, from another access
 };
+
+/// "pump: 20 ml at 20 ml/s", after its name if it has one.
+std::string sentence_of(const InjectionPreset&);
+
+/// What a hand gives with a syringe. Angiographers' means through 6 to 8 F catheters are 2.1 ml/s of 7.1 ml
+/// into left and 1.7 ml/s of 4.8 ml into right coronary arteries (Dodge et al., Cathet Cardiovasc Diagn
+/// 1998;44:34); the most of a strong hand, and of its syringe, is an estimate.
+inline constexpr double largest_hand_rate = 5, largest_hand_volume = 20;  // [ml/s], [ml]
+/// The syringe of an angiographic injector (estimate) [ml].
+inline constexpr double largest_pump_volume = 150;
 
 /// Speeds of hands and stand.
 struct Speeds {
@@ -126,7 +175,10 @@ struct KeyMap {
     Speeds speeds;
     std::array<std::vector<Key>, actions> keys;
     std::vector<InjectionPreset> injections;
+    Side mouse = Side::Right;         // the hand that the mouse is
+    std::vector<std::string> labels;  // what is shown for each key; empty = their names
 
+    std::string label(Key) const;
     /// All keys of the action: "Up, W"; "no key" where there is none.
     std::string text(Action) const;
     /// The first of its keys: "Up".

@@ -233,7 +233,7 @@ private:
         view_.runs = sequences_.runs();
         view_.score = exercise_->score();
         view_.readout = readout_.read(made, view_.score);
-        view_.readout.held = script::name_of(hands_.held());
+        show_hands();
         view_.frames = index + 1;
         if (watches_) {
             SolverView solver = solver_view(made.simulation, made.motion.relax);
@@ -252,6 +252,17 @@ private:
         else if (options_.free_practice && index % whole_second() == 0)
             remember();
         publish();
+    }
+
+    void show_hands() {
+        const Grasp* grasp = hands_.grasp();
+        if (!grasp || grasp->devices() == 1) return;
+        const auto name = [grasp](Side side) {
+            return grasp->in(side) ? std::string(script::name_of(*grasp->in(side))) : std::string();
+        };
+        view_.readout.held = name(Side::Right);
+        view_.readout.left_hand = name(Side::Left);
+        view_.readout.helper = grasp->helper_text();
     }
 
     int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }

@@ -44,6 +44,9 @@ struct CommandText {
     std::string operator()(const Grip& c) const {
         return fmt::format("grip {} {} mm", name_of(c.held), io::number_text(c.distance));
     }
+    std::string operator()(const Pin& c) const {
+        return fmt::format("pin {} {}", name_of(c.held), c.on ? "on" : "off");
+    }
     std::string operator()(const Remove& c) const { return fmt::format("remove {}", name_of(c.held)); }
     std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
@@ -52,7 +55,8 @@ struct CommandText {
     }
     std::string operator()(const Inject& c) const {
         const std::string where =
-            c.branch.empty() ? fmt::format("through {}", name_of(c.through)) : "into " + c.branch;
+            !c.branch.empty() ? "into " + c.branch
+                              : fmt::format("through {}", c.introducer ? "introducer" : name_of(c.through));
         return fmt::format("inject {} ml at {} ml/s {} of {} mg/ml", io::number_text(c.volume),
                            io::number_text(c.rate), where, io::number_text(c.iodine));
     }

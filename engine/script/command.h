@@ -9,16 +9,16 @@
 ///     25      contrast 12 mg/ml          # fills all vessels evenly, from now on
 ///     30      inject 12 ml at 6 ml/s into aorta of 300 mg/ml
 ///     31      inject 6 ml at 3 ml/s through catheter     # or another device that has a lumen
+///     32      inject 5 ml at 2 ml/s through introducer       # where the devices enter
 ///     40      advance catheter 5 mm      # of a device: wire (the default), microcatheter, intermediate,
 ///                                        # catheter, sheath, or all of them
 ///     50      rotate catheter 20 deg
 ///     55      grip wire 30 mm            # the hand holds it 30 mm from the valve; the default is 100 mm
-///     60      remove wire                # all of it; waits its turn behind earlier motions
-///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out
-///     32      mode dsa                   # or live, roadmap
-///     33      mask                       # the next pulse is the mask
-///     36      shift auto                 # moves the mask onto the image; or 'shift 1.5 -0.5 px', to the
-///     right and
+///     56      pin wire on                # it stays while others move; 'pin wire off': its valve alone holds
+///     it 60      remove wire                # all of it; waits its turn behind earlier motions 61 exchange
+///     wire amplatzS035  # for another of the catalogue, when it is out 32      mode dsa                   #
+///     or live, roadmap 33      mask                       # the next pulse is the mask 36      shift auto #
+///     moves the mask onto the image; or 'shift 1.5 -0.5 px', to the right and
 ///                                        # down, 'shift by 0.5 0 px', 'shift off'
 ///     38      breath hold                # the patient holds it after breathing out; breath free
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
@@ -91,6 +91,12 @@ struct Grip {
     double distance = 0;  // [mm]
     Held held = Held::Wire;
 };
+/// Somebody, as a helper, holds a device while others are moved, or lets go of it: then its valve alone does,
+/// and it goes along with what drags it by more.
+struct Pin {
+    bool on = true;
+    Held held = Held::Wire;  // or another, not All
+};
 /// Takes a device out.
 struct Remove {
     Held held = Held::Wire;  // or another, not All
@@ -111,13 +117,17 @@ struct Beam {
 struct Contrast {
     double iodine = 0;  // fills the lumen from now on [mg/ml]
 };
-/// Injects through a device's tip, or through one that is present but not drawn.
+/// Injects through a device's tip, through the introducer that all devices come in by, or through a catheter
+/// that is not drawn and lies in a branch, from another access.
 struct Inject {
     double volume = 0;    // [ml]
     double rate = 0;      // [ml/s]
-    std::string branch;   // the tip lies at its start; empty = through a device
+    std::string branch;   // the tip lies at its start; empty = through a device, or the introducer
     double iodine = 320;  // [mg/ml]
     Held through = Held::Catheter;
+    bool introducer = false;  // in place of a device
+
+    bool through_device() const { return branch.empty() && !introducer; }
 };
 enum class ImagingMode { Live, Dsa, Roadmap };
 inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
@@ -152,9 +162,9 @@ struct MoveTable {
 struct StoreReference {};
 struct Reset {};
 
-using Command =
-    std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
-                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe, Grip>;
+using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
+                             SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset, Remove,
+                             Exchange, ShiftMask, Breathe, Grip, Pin>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;                // [mm]

@@ -157,7 +157,8 @@ Inject inject_command(Line& line) {
     line.word("at");
     inject.rate = line.amount(0.1, render::largest_flow, "ml/s");
     if (line.next_is("through")) {
-        inject.through = device(line, 1);  // a wire has no lumen
+        inject.introducer = line.next_is("introducer");
+        if (!inject.introducer) inject.through = device(line, 1);  // a wire has no lumen
     } else {
         const Word& word = line.take("'into' with a branch, or 'through catheter', is accepted");
         if (word.text != "into")
@@ -246,6 +247,11 @@ constexpr Verb verbs[] = {
      [](Line& l) -> Command {
          const Held held = device(l);
          return Grip{l.amount(least_grip, largest_grip, "mm"), held};
+     }},
+    {"pin",
+     [](Line& l) -> Command {
+         const Held held = device(l);
+         return Pin{l.either("on", "off"), held};
      }},
     {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
     {"exchange", [](Line& l) -> Command { return exchange_command(l); }},

@@ -78,7 +78,9 @@ struct Readout {
         std::optional<double> bow = {};    // fed and not gone in: the shaft between bows [mm]
     };
     std::vector<Device> devices;  // innermost first
-    std::string held;             // by the hand: the name of one, "all"; empty = the first
+    // What the right hand, the left hand and a helper hold: the name of one, "all", for the helper names;
+    // empty = nothing.
+    std::string held, left_hand, helper;
 
     std::optional<double> tip_to_target;       // [mm]
     std::optional<double> tip_force;           // of the wall on the tip [N]

@@ -277,15 +277,15 @@ std::string capitals(std::string text) {
 constexpr double bow_seen = 1.0;  // what a hand has fed in vain is marked from here on [mm]
 
 void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
-    // Of the device in the hand, of the first where it holds all; the others' lengths stand beside the
-    // heading.
+    // Of the device in the right hand, or in the left one where that is empty; of the first where it holds
+    // all. The others' lengths stand beside the heading.
+    const std::string& held = r.held.empty() ? r.left_hand : r.held;
     std::size_t shown = 0;
     std::string title, others;
     for (std::size_t k = 0; k < r.devices.size(); ++k)
-        if (r.devices[k].name == r.held) shown = k;
+        if (r.devices[k].name == held) shown = k;
     for (std::size_t k = 0; k < r.devices.size(); ++k) {
-        if (k == shown || r.held == "all")
-            title += (title.empty() ? "" : " + ") + capitals(r.devices[k].name);
+        if (k == shown || held == "all") title += (title.empty() ? "" : " + ") + capitals(r.devices[k].name);
         if (k != shown)
             others += (others.empty() ? "" : ", ") + r.devices[k].name + " " +
                       figure_text(r.devices[k].inserted, 0) + " mm";

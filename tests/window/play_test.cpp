@@ -1,15 +1,18 @@
 /// The room as a trainee meets it: the real window on a display of its own, real keys, pictures of it.
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fmt/format.h>
 #include <functional>
 #include <gtest/gtest.h>
+#include <map>
 #include <optional>
 #include <set>
 #include <sys/resource.h>
 
+#include "app/play/window.h"
 #include "engine/script/command.h"
 #include "render/panel/palette.h"
 #include "render/picture/png.h"
@@ -107,6 +110,11 @@ public:
         display.move_mouse(200, 200);
         return reaches("ready") && tap_out_of("ready", "Return") && reaches("running");
     }
+    /// Ends the exercise, and says that it is meant.
+    bool finish() {
+        display.tap("End");
+        return reaches("asks") && tap_out_of("asks", "Return") && reaches("ended");
+    }
     /// Keeps a picture for whoever wants to look, and returns it.
     render::ColourImage picture(const std::string& name) {
         const render::ColourImage image = display.screenshot();
@@ -155,12 +163,29 @@ Outcome replay(const Room& room, const std::string& scenario) {
                 "--frames", "none", "--cache", std::string(SELDINGER_SOURCE) + "/build/cache"});
 }
 
+/// What a recording says so far, also while it is written.
+script::CommandScript so_far(const std::filesystem::path& recording) {
+    const std::string text = read(recording);
+    return script::parse_commands(text.substr(0, text.rfind('\n') + 1), recording.string());
+}
+
+/// Frames in which the right hand pushes the wire while the left one pulls the catheter.
+int frames_of_both(const script::CommandScript& script) {
+    std::map<int, int> found;
+    for (const script::TimedCommand& timed : script.commands) {
+        if (const auto* in = std::get_if<script::Advance>(&timed.command))
+            found[timed.frame] |= in->held == script::Held::Wire ? 1 : 0;
+        if (const auto* out = std::get_if<script::Withdraw>(&timed.command))
+            found[timed.frame] |= out->held == script::Held::Catheter ? 2 : 0;
+    }
+    return static_cast<int>(
+        std::ranges::count_if(found, [](const auto& frame) { return frame.second == 3; }));
+}
+
 /// Sum of what a recording advances, also while it is written [mm].
 double advanced(const std::filesystem::path& recording) {
-    const std::string text = read(recording);
     double sum = 0;
-    for (const script::TimedCommand& timed :
-         script::parse_commands(text.substr(0, text.rfind('\n') + 1), recording.string()).commands)
+    for (const script::TimedCommand& timed : so_far(recording).commands)
         if (const auto* advance = std::get_if<script::Advance>(&timed.command)) sum += advance->length;
     return sum;
 }
@@ -200,8 +225,7 @@ TEST(Play, AWholeExerciseByKeysReplaysToTheSameStates) {
     room.picture_behind("v", 0.6, "runs");
     room.picture_behind("F12", 0.8, "instructor");
     room.picture_behind("h", 0.3, "help");
-    room.display.tap("End");
-    ASSERT_TRUE(room.reaches("ended"));
+    ASSERT_TRUE(room.finish());
     sleep_for(0.5);
     room.picture("end");
     const Outcome outcome = room.close();
@@ -217,6 +241,90 @@ TEST(Play, AWholeExerciseByKeysReplaysToTheSameStates) {
     EXPECT_GE(beams, 2);
     const Outcome replayed = replay(room, "s_bend");
     EXPECT_NE(replayed.out.find("all equal"), std::string::npos) << replayed.out << replayed.error;
+}
+
+TEST(Play, BothHandsActAtOnceByKeysAndReplay) {
+    TemporaryFolder other;
+    write(other / "two.toml", read(asset("scenarios/s_bend.toml")) +
+                                  "\n[catheter]\ndevice = \"berenstein5f\"\ninserted_mm = 30\n");
+    const std::string scenario = (other / "two.toml").string();
+    Room room(1280, 800, {scenario, "--free", "--record", "@run.gw"});
+    const std::filesystem::path recording = room.folder / "run.gw";
+    ASSERT_TRUE(room.start());
+    room.display.key("space", true);
+    room.display.key("Up", true);
+    room.display.key("d", true);
+    room.comes("both hands in ten frames", [&] { return frames_of_both(so_far(recording)) >= 10; });
+    room.picture("two-hands");
+    room.display.key("Up", false);
+    room.display.key("d", false);
+    room.picture_behind("h", 0.3, "help-two-hands");
+    // The helper takes the wire, and lets it go: its valve has friction.
+    room.display.tap("y");
+    room.comes("the helper's wire", [&] {
+        room.display.tap("y");
+        return wait_until([&] { return read(recording).find(" pin wire off") != std::string::npos; }, 2);
+    });
+    EXPECT_EQ(room.close().code, 0);
+    const Outcome replayed = replay(room, scenario);
+    EXPECT_NE(replayed.out.find("all equal"), std::string::npos) << replayed.out << replayed.error;
+}
+
+TEST(Play, HomeAndEndAskAndNothingElseHappensMeanwhile) {
+    Room room(640, 400, {"s_bend", "--record", "@run.gw"});
+    const std::filesystem::path recording = room.folder / "run.gw";
+    ASSERT_TRUE(room.start());
+    room.display.key("Up", true);
+    ASSERT_TRUE(room.records(recording, " advance "));
+    room.display.key("Up", false);
+    for (const auto& [key, picture] : {std::pair{"Home", "asks-again"}, {"End", "asks-end"}}) {
+        room.display.tap(key);
+        ASSERT_TRUE(room.reaches("asks"));
+        sleep_for(0.5);
+        room.picture(picture);
+        const std::string before = read(recording);
+        room.display.tap("Up", 0.3);
+        for (const char* other : {"p", "F1", "Home", "End", "h", "r", "BackSpace"}) room.display.tap(other);
+        sleep_for(0.7);
+        EXPECT_EQ(read(recording), before) << "it waits";
+        ASSERT_TRUE(room.tap_out_of("asks", "Escape"));
+        ASSERT_TRUE(room.reaches("running"));
+    }
+    EXPECT_EQ(read(recording).find(" reset"), std::string::npos);
+    room.display.tap("Home");
+    ASSERT_TRUE(room.reaches("asks") && room.tap_out_of("asks", "Return"));
+    ASSERT_TRUE(room.records(recording, " reset"));
+    room.display.tap("h");
+    sleep_for(0.4);
+    room.picture("help-small");
+    room.display.tap("h");
+    EXPECT_EQ(read(recording).find(" inject"), std::string::npos);
+    ASSERT_TRUE(room.finish());
+    EXPECT_EQ(room.close().code, 0);
+    const Outcome replayed = replay(room, "s_bend");
+    EXPECT_NE(replayed.out.find("all equal"), std::string::npos) << replayed.out << replayed.error;
+}
+
+/// Places of keys stay, what is shown for them follows the layout, also while the window is open.
+TEST(Play, KeysAreShownAsTheyStandOnTheKeyboardInUse) {
+    VirtualDisplay display(640, 480);
+    setenv("DISPLAY", display.name().c_str(), 1);
+    const auto choose = [](const char* layout) {
+        return std::system(fmt::format("setxkbmap -layout {}", layout).c_str());
+    };
+    const auto shown = [](const char* key) {
+        return app::Window::key_labels().at(static_cast<std::size_t>(*room::find_key(key)));
+    };
+    ASSERT_EQ(choose("fr"), 0);
+    app::Window window(320, 240, "labels");
+    EXPECT_EQ(shown("Q") + shown("W") + shown("A") + shown("Z"), "AZQW");
+    EXPECT_EQ(shown("Semicolon"), "M");
+    EXPECT_EQ(shown("2"), "é");
+    EXPECT_EQ(shown("Up"), "Up");
+    EXPECT_EQ(shown("Keypad4"), "Keypad4");
+    ASSERT_EQ(choose("de"), 0);
+    for (int k = 0; k < 50 && shown("Y") != "Z"; ++k) window.wait(0.1);
+    EXPECT_EQ(shown("Q") + shown("Y") + shown("Z"), "QZY");
 }
 
 TEST(Play, ItBearsWhatAWindowSuffers) {
@@ -337,8 +445,7 @@ TEST(Play, AttemptsByKeysFromTheChooserAreScoredReplayedDebriefedAndCounted) {
         ASSERT_TRUE(room.records(kept / fmt::format("{}-{:03}.gw", exercise, number), " advance "));
         room.display.key("Up", false);
         room.display.key("space", false);
-        room.display.tap("End");
-        ASSERT_TRUE(room.reaches("ended"));
+        ASSERT_TRUE(room.finish());
         ASSERT_TRUE(room.comes("the result", [&] { return read(results) != before; }));
         ASSERT_TRUE(room.comes("the last page",
                                [&] { return columns_of(room.display.screenshot(), button_ink).first >= 0; }));

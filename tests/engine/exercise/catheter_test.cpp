@@ -265,6 +265,26 @@ TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {
     EXPECT_LT((simulation.contrast().nodes()[most] - simulation.tip_of(Held::Catheter).at).norm(), 10);
 }
 
+TEST(Catheter, ContrastThroughTheIntroducerComesInWhereTheDevicesDo) {
+    Exercise exercise(test::small_scenario(), false);  // a wire alone
+    const Simulation& simulation = exercise.simulation();
+    const script::CommandScript script =
+        script::parse_commands("0 inject 4 ml at 8 ml/s through introducer\n", "x.gw");
+    EXPECT_TRUE(simulation.problems(script).empty());
+    exercise.next_frame(std::vector<script::Command>{script.commands[0].command});
+    exercise.next_frame(Commands{});
+    EXPECT_GT(simulation.contrast().injected(), 0.5);
+    EXPECT_NEAR(simulation.contrast().time_left(), 0.5 - 2 / simulation.scenario().frame_rate, 1e-9);
+    // Blood carries it on from there.
+    const auto nodes = simulation.contrast().nodes();
+    const geometry::Vec3 entry = simulation.wire().joints[0];
+    const auto first = std::min_element(nodes.begin(), nodes.end(), [&](const auto& a, const auto& b) {
+        return (a - entry).norm() < (b - entry).norm();
+    });
+    EXPECT_GT(simulation.contrast().iodine()[static_cast<std::size_t>(first - nodes.begin())], 50);
+    EXPECT_EQ(simulation.contrast().iodine().back(), 0);
+}
+
 TEST(Catheter, ItsLumenPassesWhatPoiseuilleAndBlasiusAllow) {
     physics::DeviceSpec catheter;
     catheter.inner_diameter = 1.1;

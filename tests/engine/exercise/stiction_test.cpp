@@ -163,8 +163,63 @@ TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
     }
 }
 
+/// What a helper holds stays, what he lets go of goes along, as the scenario's own `pinned` has it.
+TEST(StictionScenario, APinHoldsADeviceOrLetsItGoWhileOthersMove) {
+    const auto scenario = [](const std::string& pinned, const std::string& valve = "0.002") {
+        scenario::Scenario s = test::small_scenario(
+            rubbing_toml("friction = 0\nvalve_friction_N = " + valve + "\npinned = " + pinned,
+                         "friction = 0\ninner_friction = 0.5\nvalve_friction_N = 0.1\n"));
+        s.torsion = scenario::TorsionModel::Rigid;
+        s.wire().inserted = 50;
+        return s;
+    };
+    Simulation told(scenario("true")), written(scenario("false"));
+    const double wire = told.inserted(Held::Wire);
+    play(told, script::Advance{5, Held::Catheter});
+    EXPECT_EQ(told.inserted(Held::Wire), wire) << "it is held";
+    told.apply(script::Pin{false, Held::Wire});
+    EXPECT_FALSE(told.devices()[0].pinned);
+    play(told, script::Advance{15, Held::Catheter});
+    play(written, script::Advance{15, Held::Catheter});
+    const double gone = told.inserted(Held::Wire) - wire;
+    EXPECT_GT(gone, 10);
+    EXPECT_NEAR(gone, written.inserted(Held::Wire) - wire, 0.5);
+
+    // It is part of the state, and of a new attempt no more.
+    Simulation again(scenario("true"));
+    geometry::restore_state(again, geometry::state_of(told));
+    EXPECT_FALSE(again.devices()[0].pinned);
+    EXPECT_EQ(again.state_hash(), told.state_hash());
+    for (Simulation* s : {&told, &again}) play(*s, script::Withdraw{10, Held::Catheter});
+    EXPECT_EQ(again.state_hash(), told.state_hash());
+    told.apply(script::Pin{true, Held::Wire});
+    const double held = told.inserted(Held::Wire);
+    play(told, script::Withdraw{5, Held::Catheter});
+    EXPECT_EQ(told.inserted(Held::Wire), held);
+    told.apply(script::Pin{false, Held::Wire});
+    told.reset();
+    EXPECT_TRUE(told.devices()[0].pinned);
+
+    // A valve that holds nothing does not let go, and says so.
+    Simulation smooth(scenario("true", "0"));
+    smooth.apply(script::Pin{false, Held::Wire});
+    EXPECT_TRUE(smooth.devices()[0].pinned);
+    test::expect_said(smooth.step().denied, "its valve has no friction");
+    EXPECT_THROW(smooth.apply(script::Pin{true, Held::Sheath}), io::InputError);
+}
+
+/// States of runs without a pin keep their hashes, and one that is undone is as if there had been none.
+TEST(StictionScenario, APinThatChangesNothingLeavesTheState) {
+    const scenario::Scenario s =
+        test::small_scenario(rubbing_toml("friction = 0\nvalve_friction_N = 0.01", ""));
+    Simulation plain(s), pinned(s);
+    pinned.apply(script::Pin{true, Held::Wire});
+    for (Simulation* simulation : {&plain, &pinned}) play(*simulation, script::Advance{5, Held::Catheter});
+    EXPECT_EQ(pinned.state_hash(), plain.state_hash());
+}
+
 TEST(StictionScenario, WildHandsEndAtRestRestoreAndReplay) {
-    for (unsigned seed = 0; seed < 4; ++seed) {
+    for (unsigned seed = 0; seed < 8; ++seed) {
         scenario::Scenario s = test::small_scenario(
             rubbing_toml("friction = 0.1\nstatic_friction = 0.15\nvalve_friction_N = 0.02\npinned = false",
                          "inner_friction = 0.2\nstatic_inner_friction = 0.3\nvalve_friction_N = "
@@ -172,13 +227,17 @@ TEST(StictionScenario, WildHandsEndAtRestRestoreAndReplay) {
         s.wire().inserted = 40;
         s.torsion = seed % 2 == 0 ? scenario::TorsionModel::Compliant : scenario::TorsionModel::Segments;
         Exercise exercise(s, false);
-        const auto wild = [](std::mt19937& random) {
+        const bool helped = seed >= 4;  // somebody holds devices, or lets them go
+        const auto wild = [helped](std::mt19937& random) {
             const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
             std::vector<script::Command> commands;
             const Held held = random() % 2 == 0 ? Held::Wire : random() % 4 == 0 ? Held::All : Held::Catheter;
             if (random() % 3 != 0) commands.emplace_back(script::Advance{4 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Withdraw{4 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Rotate{3 * (unit() - 0.5), held});
+            if (helped && random() % 4 == 0)
+                commands.emplace_back(
+                    script::Pin{random() % 2 == 0, random() % 2 == 0 ? Held::Wire : Held::Catheter});
             return commands;
         };
         test::play_wildly_and_again(exercise, seed, wild);

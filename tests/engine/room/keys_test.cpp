@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <set>
+#include <utility>
 
 #include "tests/engine/fixtures.h"
 
@@ -44,6 +45,11 @@ TEST(Keys, WhatIsWrongIsNamedWithItsLineAndWhatIsAccepted) {
     expect_said(said("[stand]\nfields_mm = [100, 200]\n"), "widest first");
     expect_said(said("[[injection]]\nname = \"no key\"\n"), "key");
     expect_said(said("[[injection]]\nkey = \"F1\"\nvolume_ml = -3\n"), "my.toml:3:");
+    expect_said(said("[hand]\nmouse = \"both\"\n"), "my.toml:2:");
+    expect_said(said("[[injection]]\nkey = \"F1\"\nby = \"pipette\"\n"), "my.toml:3:");
+    expect_said(said("[[injection]]\nkey = \"F1\"\ninto = \"device\"\nrate_ml_per_s = 20\n"), "5");
+    expect_said(said("[[injection]]\nkey = \"F1\"\nby = \"hand\"\nvolume_ml = 30\n"), "20");
+    expect_said(said("[[injection]]\nkey = \"F1\"\nvolume_ml = 160\n"), "150");
     expect_said(said("[keys\n"), "my.toml:1:");
     test::expect_refusal([] { load_keys("/no/such.toml"); }, "/no/such.toml");
     // All of it at once.
@@ -64,6 +70,48 @@ TEST(Keys, WhatAFileNamesReplacesAndTheRestStays) {
     const KeyMap taken = parse_keys("[keys]\nmenu = \"F1\"\nhelp = \"Up\"\n", "mine", base);
     EXPECT_EQ(taken.text(Action::Advance), "no key");
     EXPECT_EQ(taken.injections.size(), base.injections.size() - 1);
+}
+
+/// What the README says of the keys is what the shipped file and the help say.
+TEST(Keys, TheReadmeHasThemAll) {
+    const KeyMap map = load_keys(test::asset("keys.toml"));
+    const std::string readme = test::read(std::filesystem::path(SELDINGER_SOURCE) / "README.md");
+    for (std::size_t t = 0; t < task_names.size(); ++t) {
+        std::string row = "| " + std::string(task_names[t]) + " | ";
+        const char* between = "";
+        for (int k = 0; k < actions; ++k) {
+            const auto action = static_cast<Action>(k);
+            if (static_cast<std::size_t>(info(action).task) != t) continue;
+            row +=
+                fmt::format("{}**{}** {}", std::exchange(between, "; "), map.text(action), info(action).help);
+        }
+        if (static_cast<Task>(t) == Task::Contrast)
+            for (const InjectionPreset& preset : map.injections)
+                row += fmt::format("{}**{}** {}", std::exchange(between, "; "), map.label(preset.key),
+                                   sentence_of(preset));
+        test::expect_said(readme, row + " |\n");
+    }
+}
+
+TEST(Keys, WhatIsShownIsWhatStandsOnTheUsersKeyboard) {
+    EXPECT_EQ(label_of("Q", "a"), "A");  // AZERTY
+    EXPECT_EQ(label_of("Y", "z"), "Z");  // QWERTZ
+    EXPECT_EQ(label_of("2", "\u00e9"), "\u00e9");
+    EXPECT_EQ(label_of("Semicolon", "\u00f6"), "\u00f6");
+    EXPECT_EQ(label_of("LeftBracket", "["), "[");
+    EXPECT_EQ(label_of("A", "\u03b1"), "\u03b1");  // Greek
+    // Names stay where the system knows no sign, where the fonts have none, and where others have the same.
+    EXPECT_EQ(label_of("F1", ""), "F1");
+    EXPECT_EQ(label_of("A", "\u0444"), "A");  // Cyrillic
+    EXPECT_EQ(label_of("A", "\xff"), "A");
+    EXPECT_EQ(label_of("A", "\x01"), "A");
+    EXPECT_EQ(label_of("Keypad4", "4"), "Keypad4");
+    EXPECT_EQ(label_of("Space", " "), "Space");
+    KeyMap map = load_keys(test::asset("keys.toml"));
+    map.labels.assign(key_names().begin(), key_names().end());
+    map.labels[static_cast<std::size_t>(*find_key("A"))] = "Q";
+    EXPECT_EQ(map.first(Action::Acquisition), "Q");
+    EXPECT_EQ(map.text(Action::Acquisition), "Q, GamepadB");
 }
 
 }  // namespace

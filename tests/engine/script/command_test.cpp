@@ -72,6 +72,9 @@ TEST(Command, EveryDeviceIsNamedAndReadsBack) {
     EXPECT_EQ(std::get<Advance>(parse("0 advance both 5 mm\n").commands.at(0).command).held, Held::All);
     test::expect_said(refusal_of("0 remove all\n"), "expected one of: wire");
     test::expect_said(refusal_of("0 advance probe 5 mm\n"), "number");
+    EXPECT_EQ(to_text(parse("0 pin catheter off\n").commands.at(0).command), "pin catheter off");
+    EXPECT_EQ(refusal_of("0 pin wire"), "x.gw:1:11: the line ends here; 'on' or 'off' is accepted");
+    test::expect_said(refusal_of("0 pin all on\n"), "expected one of: wire");
 }
 
 TEST(Command, TheConsolesVerbsAreRead) {
@@ -190,6 +193,9 @@ TEST(Command, TextReadsBackToTheSameBits) {
         ShiftMask{},
         Breathe{true},
         Breathe{false},
+        Pin{true, Held::Wire},
+        Pin{false, Held::Microcatheter},
+        Inject{5, 2, "", 320, Held::Catheter, true},
         MoveArm{33 * degree, {}, 1000.5, {}, {}, geometry::Vec3(.1, -2, 3)}};
     for (const Command& command : commands) {
         const std::string text = to_text(command);

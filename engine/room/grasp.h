@@ -1,0 +1,48 @@
+#pragma once
+/// Who holds which device: two hands, and a helper. What any of them holds stays while others are moved.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/exercise/simulation.h"
+#include "engine/room/keys.h"
+#include "engine/script/command.h"
+
+namespace room {
+
+class Grasp {
+public:
+    /// The right hand has the wire, the left one what lies around it; the helper what the scenario pins.
+    explicit Grasp(const exercise::Simulation&);
+
+    /// One device, all of them, or none. Where one hand holds all, the other is empty.
+    std::optional<script::Held> in(Side side) const { return hands_[static_cast<std::size_t>(side)]; }
+    /// From the innermost device outward, then all, then none. A device that the other hand has goes over,
+    /// and the other one gets what this one had; an empty hand takes one that the other has not, if there is
+    /// one.
+    void take_next(Side);
+    /// The helper takes what the right hand holds. Where it is empty, he lets go of what no hand has, or
+    /// holds it again. Empty, or a sentence: what is in the way.
+    std::string call_helper(const exercise::Simulation&);
+    /// The commands that make it so.
+    std::vector<script::Command> pins(const exercise::Simulation&) const;
+
+    /// Names of what the helper holds and no hand: "wire, catheter"; empty = nothing.
+    std::string helper_text() const;
+    /// "Right hand: wire, left hand: catheter, helper: nothing".
+    std::string sentence() const;
+    std::size_t devices() const { return roles_.size(); }
+
+private:
+    std::optional<script::Held>& hand(Side side) { return hands_[static_cast<std::size_t>(side)]; }
+    bool has(Side, std::size_t device) const;
+    bool in_a_hand(std::size_t device) const { return has(Side::Right, device) || has(Side::Left, device); }
+
+    std::vector<script::Held> roles_;  // of the devices, innermost first
+    std::vector<bool> helped_;         // by the helper, once no hand has the device
+    std::array<std::optional<script::Held>, 2> hands_;
+};
+
+}  // namespace room
