@@ -10,7 +10,14 @@
 
 #ifdef SELDINGER_WINDOW
 
+#include <array>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "app/play/play.h"
+#include "engine/debrief/page.h"
+#include "engine/debrief/story.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
@@ -22,7 +29,7 @@ namespace {
 
 struct PlayArguments {
     std::string scenario, record, size = "1280x800", keys, replay, cache, measure, learner;
-    bool free_practice = false;
+    bool free_practice = false, open_all = false;
 };
 
 #ifdef SELDINGER_WINDOW
@@ -52,19 +59,53 @@ Exercise exercise_of(const std::filesystem::path& file) {
     return exercise;
 }
 
-/// In the user's folder, unless that cannot be written, which is told on the briefing's page.
-void keep_by_itself(const std::string& learner, PlayOptions& options) {
-    const std::filesystem::path folder = user_folder("XDG_DATA_HOME", ".local/share");
-    try {
-        if (folder.empty())
-            throw io::InputError(
-                "expected HOME or XDG_DATA_HOME to name a folder, found neither; --record names one");
-        const room::Attempts attempts(folder / "recordings" / room::folder_of(learner) / "");
-        attempts.require_writable();
-        options.record = attempts;
-    } catch (const io::InputError& error) {
-        options.record_problem = error.what();
+/// A page about the attempt beside its recording, with the learning curve of those before it.
+std::filesystem::path debriefing_of(const std::filesystem::path& recording, const scenario::Scenario& scenario,
+                                    const std::filesystem::path& cache, const std::atomic<bool>& stop) {
+    debrief::StoryOptions options;
+    options.cache.folder = cache;
+    options.interrupted = [&stop] { return stop.load(); };
+    constexpr std::size_t most_before = 9;
+    std::vector<debrief::Story> stories;
+    std::error_code ignored;
+    std::vector<std::filesystem::path> before;
+    for (const auto& entry : std::filesystem::directory_iterator(recording.parent_path(), ignored))
+        if (entry.path().extension() == ".gw" &&
+            entry.path().filename().string().starts_with(scenario.name + "-") &&
+            entry.path().filename() < recording.filename())
+            before.push_back(entry.path());
+    std::sort(before.begin(), before.end());
+    before.erase(before.begin(), before.end() - static_cast<std::ptrdiff_t>(std::min(most_before, before.size())));
+    before.push_back(recording);
+    for (const std::filesystem::path& file : before) {
+        options.images = file == recording;
+        try {
+            const script::CommandScript script = script::load_commands(file);
+            if (file != recording && script.origin && script.origin->free_practice) continue;
+            auto story = debrief::tell(scenario, script, options);
+            if (!story) throw io::InputError("the debriefing was interrupted");
+            stories.push_back(std::move(*story));
+        } catch (const io::InputError&) {
+            if (file == recording) throw;  // an earlier one may be of another version
+        }
     }
+    const std::filesystem::path page = std::filesystem::path(recording).replace_extension(".html");
+    io::write_whole(page, debrief::page(stories, nullptr));
+    return page;
+}
+
+/// In the browser that the desktop has chosen.
+void show_page(const std::filesystem::path& page) {
+    constexpr const char* script =
+        "command -v xdg-open >/dev/null || exit 9; xdg-open \"$1\" >/dev/null 2>&1 </dev/null &";
+    std::string file = std::filesystem::absolute(page).string();
+    std::array<char*, 6> words = {const_cast<char*>("sh"), const_cast<char*>("-c"), const_cast<char*>(script),
+                                  const_cast<char*>("sh"), file.data(), nullptr};
+    pid_t child = -1;
+    int status = -1;
+    if (::posix_spawnp(&child, "sh", nullptr, nullptr, words.data(), environ) == 0) ::waitpid(child, &status, 0);
+    if (status != 0)
+        throw io::InputError("expected xdg-open to open a browser, found none: open the page in any browser");
 }
 
 /// The recording with the place of its exercise, which is the one named on the command line or in the file.
@@ -96,26 +137,38 @@ int play(const PlayArguments& arguments) {
     options.measure = arguments.measure;
     options.interrupted = stop_requested;
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
-        options.results = folder / "results.json";
+        options.learners = room::Learners(folder);
+    if (!arguments.learner.empty()) options.learner = arguments.learner;
+    options.open_all = arguments.open_all;
     options.cache = usual_cache(arguments.cache);
+    options.make_debriefing = [cache = options.cache](const std::filesystem::path& recording,
+                                                      const scenario::Scenario& scenario,
+                                                      const std::atomic<bool>& stop) {
+        return debriefing_of(recording, scenario, cache, stop);
+    };
+    options.show_page = show_page;
     if (const auto folder = user_folder("XDG_CONFIG_HOME", ".config"); !folder.empty())
         options.settings = folder / "room";
 
     if (!arguments.record.empty()) {
         options.record = room::Attempts(arguments.record);
-        options.record.require_writable();
-    } else {
-        keep_by_itself(arguments.learner, options);
+        options.record->require_writable();
     }
     if (!arguments.measure.empty()) io::require_writable(arguments.measure);
 
     const std::filesystem::path folder = assets() / "scenarios";
     for (const std::filesystem::path& file : scenario::shipped_scenarios(folder))
         options.exercises.push_back(exercise_of(file));
-    // The easy ones first, as a trainee meets them; those of one level by name.
+    // The easy ones first, as a trainee meets them; those of one level by the time that skilled hands take. Those
+    // outside the curriculum come last.
     std::stable_sort(options.exercises.begin(), options.exercises.end(),
                      [](const Exercise& a, const Exercise& b) {
-                         return a.scenario.lesson.level < b.scenario.lesson.level;
+                         const auto place = [](const Exercise& exercise) {
+                             const scenario::Lesson& lesson = exercise.scenario.lesson;
+                             return std::pair(lesson.level > 0 ? lesson.level : scenario::Lesson::levels + 1,
+                                              lesson.benchmark.completed_after.mean());
+                         };
+                         return place(a) < place(b);
                      });
     const auto place_of = [&](const std::string& name) {
         const std::filesystem::path file = scenario::find_scenario(name, folder);
@@ -165,6 +218,8 @@ Command add_play(CLI::App& parser) {
                         "File that replaces keys and speeds of assets/keys.toml (.toml)");
     command->add_option("--replay", arguments->replay,
                         "Recording that is played in place of your hands (.gw), or a folder of them");
+    command->add_flag("--open-all", arguments->open_all,
+                      "Every exercise is open, whatever the learner has passed: for teachers");
     command->add_flag("--free", arguments->free_practice,
                       "Free practice: no score, and seconds can be taken back");
     add_cache_folder(command, arguments->cache);

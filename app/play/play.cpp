@@ -47,30 +47,85 @@ void Measure::write(const std::filesystem::path& path, int frames, int lost) con
 Play::Play(Window& window, PlayOptions options)
     : window_(window),
       options_(std::move(options)),
-      results_(options_.results),
+      results_(std::filesystem::path()),
       image_(window.gl()),
       reference_(window.gl()),
       review_(window.gl()),
       instructor_(window.gl()),
       opened_(Clock::now()),
       drawn_at_(Clock::now()) {
-    hints_ = load_settings();
+    load_settings();
+    set_learner(options_.learner.value_or(""));
     options_.keys.labels = Window::key_labels();
     thumbnails_.resize(options_.exercises.size());
     if (!options_.replays.empty())
         show_replay(0);
     else if (options_.start)
         open(*options_.start, options_.free_practice);
+    else if (options_.learner)
+        screen_ = Screen::Chooser;
 }
 
-bool Play::load_settings() const {
+Play::~Play() {
+    debriefing_stops_ = true;
+    if (debriefing_.valid()) debriefing_.wait();
+}
+
+void Play::load_settings() {
     std::error_code ignored;
-    if (!std::filesystem::is_regular_file(options_.settings, ignored)) return true;
+    if (!std::filesystem::is_regular_file(options_.settings, ignored)) return;
     std::ifstream file(options_.settings);
     std::string word;
-    while (file >> word)
-        if (word == "no-hints") return false;
-    return true;
+    while (file >> word) {
+        if (word == "no-hints") hints_ = false;
+        if (word == "open-all") options_.open_all = true;
+    }
+}
+
+/// From here on attempts and results are this learner's.
+void Play::set_learner(const std::string& name) {
+    learner_ = name;
+    options_.origin.learner = name;
+    results_ = room::Results(options_.learners.results(name));
+    attempts_problem_.clear();
+    attempts_ = options_.record.value_or(options_.learners.attempts(name));
+    try {
+        if (!attempts_.kept())
+            throw io::InputError(
+                "expected HOME or XDG_DATA_HOME to name a folder, found neither; --record names one");
+        attempts_.require_writable();
+    } catch (const io::InputError& error) {
+        attempts_problem_ = error.what();
+        attempts_ = {};
+    }
+}
+
+bool Play::has_passed(std::size_t exercise) const {
+    const room::BestResult* best = results_.find(options_.exercises[exercise].scenario.name);
+    return best && best->passed > 0;
+}
+
+bool Play::is_open(std::size_t exercise) const {
+    const int level = options_.exercises[exercise].scenario.lesson.level;
+    if (options_.open_all || level <= 1) return true;
+    int before = 0, passed = 0;
+    for (std::size_t k = 0; k < options_.exercises.size(); ++k) {
+        if (options_.exercises[k].scenario.lesson.level != level - 1) continue;
+        ++before;
+        passed += has_passed(k);
+    }
+    return 3 * passed >= 2 * before;
+}
+
+std::optional<std::size_t> Play::next_exercise(std::optional<std::size_t> after) const {
+    const std::size_t count = options_.exercises.size(), from = after ? *after + 1 : 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t next = (from + k) % count;
+        if (options_.exercises[next].scenario.lesson.level > 0 && is_open(next) && !has_passed(next) &&
+            next != after)
+            return next;
+    }
+    return {};
 }
 
 void Play::save_settings() const {
@@ -78,7 +133,8 @@ void Play::save_settings() const {
     try {
         std::error_code ignored;
         std::filesystem::create_directories(options_.settings.parent_path(), ignored);
-        io::write_whole(options_.settings, hints_ ? "hints\n" : "no-hints\n");
+        io::write_whole(options_.settings, std::string(hints_ ? "hints\n" : "no-hints\n") +
+                                               (options_.open_all ? "open-all\n" : ""));
     } catch (const io::InputError&) {
         // Failing to save the window's state is no reason to disturb the user.
     }
@@ -87,6 +143,7 @@ void Play::save_settings() const {
 void Play::show_replay(std::size_t number) {
     if (view_) differed_ = differed_ || !view_->differences.empty();
     replay_ = number;
+    watched_.reset();
     is_replay_ = true;
     shows_solution_ = false;
     open(options_.replays[number].exercise, false);
@@ -97,14 +154,18 @@ void Play::open(std::size_t exercise, bool free_practice) {
     chosen_ = exercise;
     free_practice_ = free_practice;
     grade_.reset();
+    settled_ = false;
     results_problem_.clear();
+    debriefing_text_.clear();
     review_.reset();
+    run_pictures_.clear();
     instructor_.reset();
     review_open_ = menu_ = false;
     countdown_.reset();
     asking_.reset();
     used_left_ = false;
     hint_ = 0;
+    hints_shown_ = 0;
     options_.keys.labels = Window::key_labels();
 
     const Exercise& chosen = options_.exercises[exercise];
@@ -113,9 +174,9 @@ void Play::open(std::size_t exercise, bool free_practice) {
     session.cache.folder = options_.cache;
     session.keys = options_.keys;
     session.free_practice = free_practice;
-    if (is_replay_) session.script = options_.replays[replay_].recording;
+    if (is_replay_) session.script = (watched_ ? *watched_ : options_.replays[replay_]).recording;
     if (shows_solution_) session.script = chosen.solution;
-    if (!session.script) session.record = options_.record;
+    if (!session.script) session.record = attempts_;
     session.origin = options_.origin;
     session.wake = Window::wake;
     session_ = std::make_unique<room::Session>(std::move(session));
@@ -124,8 +185,48 @@ void Play::open(std::size_t exercise, bool free_practice) {
     screen_ = is_replay_ || shows_solution_ ? Screen::Room : Screen::Briefing;
 }
 
+/// The learner's own attempt once more, from its recording.
+void Play::watch_attempt() {
+    try {
+        watched_ = Replay{*chosen_, script::load_commands(view_->recorded)};
+    } catch (const io::InputError& error) {
+        results_problem_ = error.what();
+        return;
+    }
+    is_replay_ = true;
+    shows_solution_ = false;
+    open(*chosen_, false);
+}
+
+/// The page is made on a thread of its own: it plays the recording.
+void Play::ask_debriefing() {
+    if (debriefing_.valid() || !options_.make_debriefing) return;
+    debriefing_text_ = "The debriefing is being made ...";
+    debriefing_ = std::async(std::launch::async,
+                             [make = options_.make_debriefing, recording = view_->recorded,
+                              scenario = session_->options().scenario, &stop = debriefing_stops_] {
+                                 std::filesystem::path page = make(recording, scenario, stop);
+                                 Window::wake();
+                                 return page;
+                             });
+}
+
+void Play::watch_debriefing() {
+    if (!debriefing_.valid() || debriefing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    redraw_ = 3;
+    try {
+        const std::filesystem::path page = debriefing_.get();
+        debriefing_text_ = fmt::format("Debriefing: {}", page.string());
+        options_.show_page(page);
+    } catch (const io::InputError& error) {
+        debriefing_text_ += fmt::format("{}{}", debriefing_text_.empty() ? "" : "\n", error.what());
+    }
+}
+
 void Play::play_solution() {
     shows_solution_ = true;
+    is_replay_ = false;
     open(*chosen_, false);
 }
 
@@ -136,6 +237,7 @@ void Play::leave() {
     session_.reset();
     view_.reset();
     shows_solution_ = is_replay_ = false;
+    watched_.reset();
     menu_ = false;
     asking_.reset();
     screen_ = Screen::Chooser;
@@ -315,6 +417,7 @@ room::Input Play::input_of(const Events& events) {
 }
 
 void Play::watch_session() {
+    watch_debriefing();
     std::string title = "Seldinger";
     if (session_) {
         view_ = session_->view();
@@ -333,8 +436,8 @@ void Play::watch_session() {
             if (instructor_open_) session_->give(room::Control::WatchSolver);
         }
         if (view_->phase == Phase::Ended && screen_ == Screen::Room) end_attempt();
-    } else if (screen_ == Screen::Chooser) {
-        title += " - choose";
+    } else {
+        title += screen_ == Screen::Learner ? " - learner" : " - choose";
     }
     if (title != title_) window_.set_title(title_ = title);
 }
@@ -346,10 +449,14 @@ void Play::end_attempt() {
 }
 
 void Play::settle() {
-    if (session_->options().script || free_practice_ || grade_ || view_->tuned) return;
-    grade_ = exercise::grade(view_->score, session_->options().scenario.lesson.benchmark);
+    if (session_->options().script || free_practice_ || settled_ || view_->tuned) return;
+    settled_ = true;
+    const scenario::Benchmark& skilled = session_->options().scenario.lesson.benchmark;
+    exercise::Grade made;
+    made.reached = view_->score.completed;
+    if (skilled.given()) grade_ = made = exercise::grade(view_->score, skilled);
     try {
-        results_.add(session_->options().scenario.name, *grade_, view_->score);
+        results_.add(session_->options().scenario.name, made, view_->score);
     } catch (const io::InputError& error) {
         results_problem_ = error.what();
     }
@@ -371,6 +478,9 @@ void Play::draw(float time) {
     ImGui::GetIO().ConfigFlags =
         screen_ == Screen::Room && !menu_ ? ImGuiConfigFlags_None : ImGuiConfigFlags_NavEnableKeyboard;
     switch (screen_) {
+        case Screen::Learner:
+            draw_learner();
+            break;
         case Screen::Chooser:
             draw_chooser();
             break;

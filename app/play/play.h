@@ -1,7 +1,12 @@
 #pragma once
 /// The room on screen: chooser, briefing, the room itself, the end page.
 
+#include <array>
+#include <atomic>
 #include <filesystem>
+#include <functional>
+#include <future>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,8 +15,10 @@
 #include "app/play/instructor.h"
 #include "app/play/review.h"
 #include "app/play/window.h"
+#include "engine/exercise/grade.h"
 #include "engine/room/attempts.h"
 #include "engine/room/keys.h"
+#include "engine/room/learners.h"
 #include "engine/room/results.h"
 #include "engine/room/session.h"
 #include "engine/scenario/scenario.h"
@@ -33,19 +40,28 @@ struct Replay {
     script::CommandScript recording;
 };
 
+/// Makes the page about an attempt and returns its file; ends early where the flag is set. Throws
+/// io::InputError.
+using MakeDebriefing = std::function<std::filesystem::path(
+    const std::filesystem::path& recording, const scenario::Scenario&, const std::atomic<bool>& stop)>;
+
 struct PlayOptions {
-    std::vector<Exercise> exercises;
+    std::vector<Exercise> exercises;         // in the order of the curriculum
     std::optional<std::size_t> start;        // this scenario at once, without the chooser
     std::vector<Replay> replays;             // shown one after the other, from the first
-    room::Attempts record;                   // where attempts are kept
-    std::string record_problem;              // why they are not, though nobody asked for that
-    std::filesystem::path results, measure;  // files; empty = none
+    room::Learners learners;
+    std::optional<std::string> learner;      // who trains, "" is a guest; empty = to be chosen
+    std::optional<room::Attempts> record;    // where attempts are kept, in place of the learner's folder
+    std::filesystem::path measure;           // file; empty = none
     std::filesystem::path settings;          // file that remembers the window's state
     std::filesystem::path cache;             // folder of models
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
-    script::Origin origin;              // of recordings: program and learner
+    bool open_all = false;              // every exercise is open, whatever was passed
+    script::Origin origin;              // of recordings: the program
+    MakeDebriefing make_debriefing;
+    std::function<void(const std::filesystem::path&)> show_page;  // in a browser. Throws io::InputError
     std::function<bool()> interrupted;  // asked several times a second; true closes the window
 };
 
@@ -68,11 +84,22 @@ private:
 class Play {
 public:
     Play(Window&, PlayOptions);
+    ~Play();
     /// Runs until the window is closed. Returns whether a replay differed from its recording.
     bool run();
 
 private:
-    enum class Screen { Chooser, Briefing, Room, End };
+    enum class Screen { Learner, Chooser, Briefing, Room, End };
+
+    void set_learner(const std::string&);
+    /// Whether the learner may try it: its level is the first, or enough of the level before is passed.
+    bool is_open(std::size_t exercise) const;
+    bool has_passed(std::size_t exercise) const;
+    /// The next to be tried after this one; empty when all are passed.
+    std::optional<std::size_t> next_exercise(std::optional<std::size_t> after) const;
+    void watch_attempt();
+    void ask_debriefing();
+    void watch_debriefing();
 
     void open(std::size_t exercise, bool free_practice);
     void show_replay(std::size_t number);
@@ -90,7 +117,9 @@ private:
     bool running() const { return view_ && view_->phase == room::Phase::Running; }
 
     void draw(float seconds);
+    void draw_learner();
     void draw_chooser();
+    void draw_card(std::size_t exercise, float width, float picture);
     void draw_briefing();
     void draw_loading();
     void draw_progress();
@@ -98,10 +127,16 @@ private:
     void draw_image(const render::Box&);
     void draw_column(const render::Box&);
     void draw_reference(const render::Box&);
+    void draw_runs(const render::Box&);
     void draw_strip(const render::Box&);
     void draw_hint(const render::Box&);
     void draw_countdown();
     void draw_end();
+    void draw_events();
+    void draw_grade();
+    void draw_end_buttons();
+    void draw_caption(const render::Box& image);
+    void draw_briefing_map();
     void draw_help();
     void draw_hands_help();
     void draw_keys_of(room::Task);
@@ -111,19 +146,29 @@ private:
     float choose_unit() const;
     float u(float units) const { return units * window_.unit(); }
     render::Canvas canvas(render::Point origin = {0, 0}) const;
-    bool load_settings() const;
+    void load_settings();
     void save_settings() const;
 
     Window& window_;
     PlayOptions options_;
+    std::string learner_;
     room::Results results_;
-    Screen screen_ = Screen::Chooser;
+    room::Attempts attempts_;
+    std::string attempts_problem_;  // why none is kept
+    std::array<char, script::longest_learner + 1> typed_{};
+    std::string typed_problem_;
+    Screen screen_ = Screen::Learner;
     std::optional<std::size_t> chosen_;
     std::size_t replay_ = 0;  // number of the one that is shown
     bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;
+    std::optional<Replay> watched_;  // the learner's own attempt, shown once more
+    std::atomic<bool> debriefing_stops_ = false;
+    std::future<std::filesystem::path> debriefing_;
+    std::string debriefing_text_;
     std::optional<exercise::Grade> grade_;
+    bool settled_ = false;  // the attempt is among the results
     std::string results_problem_;
     std::optional<room::Clock::time_point> countdown_;
     bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
@@ -132,9 +177,11 @@ private:
     bool ran_ = false;                    // before it asked
     bool used_left_ = false;              // the left hand, in this exercise
     int hint_ = 0;
+    std::size_t hints_shown_ = 0;  // of the briefing
     double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0, table_left_ = 0, table_head_ = 0;
     Texture image_, reference_;
     std::vector<std::unique_ptr<Texture>> thumbnails_;
+    std::map<int, std::unique_ptr<Texture>> run_pictures_;  // by the run's number
     Review review_;
     Instructor instructor_;
     Measure measure_;

@@ -46,6 +46,24 @@ void Review::show() {
     shown_run_ = run_;
 }
 
+void Review::go_to(const std::vector<std::shared_ptr<const room::Sequence>>& runs, int frame) {
+    std::shared_ptr<const room::Sequence> at;
+    std::size_t image = 0;
+    for (const auto& run : runs)
+        for (std::size_t k = 0; k < run->images.size(); ++k)
+            if (!at || run->images[k].time.index <= frame) {
+                at = run;
+                image = k;
+            }
+    if (!at) return;
+    run_ = at;
+    number_ = at->number;
+    look_.image = image;
+    look_.mask = 0;
+    time_ = static_cast<double>(image) / at->pulse_rate;
+    plays_ = false;
+}
+
 bool Review::draw(const std::vector<std::shared_ptr<const room::Sequence>>& runs, const render::Box& area,
                   const Window& window, double seconds, double wire) {
     const float unit = window.unit();

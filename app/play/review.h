@@ -19,6 +19,8 @@ public:
     /// once the review is closed.
     bool draw(const std::vector<std::shared_ptr<const room::Sequence>>&, const render::Box&, const Window&,
               double seconds, double wire);
+    /// Shows the image that was on the screen in this frame of the run.
+    void go_to(const std::vector<std::shared_ptr<const room::Sequence>>&, int frame);
     bool moves() const { return plays_; }
     void reset();
 

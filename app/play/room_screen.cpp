@@ -41,14 +41,20 @@ void Play::draw_room() {
     const float width = static_cast<float>(window_.width()), height = static_cast<float>(window_.height());
     const float strip = std::round(u(30)), column = std::round(u(render::readout_column_width));
     const float tall = height - strip;
-    const float spare = width - column - tall;  // next to a square image
-    // The reference screen stands between image and readouts where there is room, otherwise in a corner of
-    // the image.
-    const float beside = spare >= u(150) ? std::min(spare, tall) : 0;
-    const Box image{0, 0, std::max(u(100), std::min(width - column - beside, width - column)), tall};
+    // Live and reference are as large as each other where that leaves the live image most of its size, as on a
+    // console; else the reference stands between image and readouts, or in a corner of the image. What is left
+    // below it, or below both, shows the runs.
+    const float half = std::floor((width - column) / 2), spare = width - column - tall;
+    const bool equal = half >= 0.75f * tall;
+    const float beside = equal ? half : spare >= u(150) ? std::min(spare, tall) : 0;
+    const float live = equal ? half : width - column - beside;
+    const float bottom = equal ? std::min(tall, half + u(22)) : tall;
+    const Box image{0, 0, std::max(u(100), live), bottom};
     draw_image(image);
     if (beside > 0) {
-        draw_reference({width - column - beside, 0, width - column, tall});
+        const float end = std::min(tall, beside + u(18));
+        draw_reference({width - column - beside, 0, width - column, end});
+        draw_runs(equal ? Box{0, end, width - column, tall} : Box{width - column - beside, end, width - column, tall});
     } else if (view_->reference) {
         const float side = 0.28f * std::min(image.right, tall);
         draw_reference({image.right - side - u(8), tall - side - u(84), image.right - u(8), tall - u(64)});
@@ -69,7 +75,25 @@ void Play::draw_room() {
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
     if (!view_) return;  // the trainee left the room
     draw_hint(image);
+    draw_caption(image);
     draw_countdown();
+}
+
+/// What the author says of what the solution does now.
+void Play::draw_caption(const Box& image) {
+    if (!session_->options().script || view_->frames == 0) return;
+    const std::string words(session_->options().script->caption_at(view_->frames - 1));
+    if (words.empty()) return;
+    const float width = std::min(image.right - image.left - u(20), u(620));
+    ImGui::SetNextWindowPos(ImVec2(std::round((image.left + image.right) / 2), image.bottom - u(14)),
+                            ImGuiCond_Always, ImVec2(0.5f, 1));
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, image.bottom));
+    ImGui::SetNextWindowBgAlpha(0.8f);
+    ImGui::Begin("caption", nullptr,
+                 bare | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoInputs);
+    wrapped(palette::bright, words);
+    ImGui::End();
 }
 
 void Play::draw_image(const Box& area) {
@@ -86,6 +110,12 @@ void Play::draw_image(const Box& area) {
     const float unit = window_.unit();
     render::draw_image_marks(marks, {left / unit, top / unit, (left + side) / unit, (top + side) / unit},
                              view_->readout);
+
+    if (view_->phase == Phase::Paused && screen_ == Screen::Room) {
+        list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), IM_COL32(14, 18, 21, 150));
+        marks.text({(left + side / 2) / unit, (top + side / 2) / unit - 12}, "PAUSED", Face::Title, palette::caution,
+                   Align::Centre);
+    }
 
     // The mouse on the image acts as a hand on the wire.
     ImGui::SetNextWindowPos(ImVec2(left, top));
@@ -130,6 +160,46 @@ void Play::draw_reference(const Box& area) {
                    palette::faint, Align::Centre, side / unit);
     }
     list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
+}
+
+/// The runs taken so far, the last first; a click opens one.
+void Play::draw_runs(const Box& area) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled(ImVec2(area.left, area.top), ImVec2(area.right, area.bottom), colour(palette::ground));
+    const float unit = window_.unit(), label = u(20), gap = u(6);
+    const float side = std::min(u(118), area.bottom - area.top - 2 * label);
+    if (side < u(48)) return;
+    render::Canvas sheet = canvas();
+    sheet.text({(area.left + gap) / unit, (area.top + u(4)) / unit}, "RUNS", Face::Small, palette::label);
+    const int columns = std::max(1, static_cast<int>((area.right - area.left - gap) / (side + gap)));
+    const int rows = std::max(1, static_cast<int>((area.bottom - area.top - label) / (side + label)));
+    const auto& runs = view_->runs;
+    for (std::size_t k = 0; k < std::min<std::size_t>(runs.size(), columns * rows); ++k) {
+        const room::Sequence& run = *runs[runs.size() - 1 - k];
+        if (run.images.empty() || !run.images.back().shown) continue;
+        const float left = area.left + gap + static_cast<float>(k % columns) * (side + gap),
+                    top = area.top + label + static_cast<float>(k / columns) * (side + label);
+        std::unique_ptr<Texture>& picture = run_pictures_[run.number];
+        if (!picture) picture = std::make_unique<Texture>(window_.gl());
+        picture->show(*run.images.back().shown, static_cast<long>(run.images.size()));
+        list.AddImage(picture->id(), ImVec2(left, top), ImVec2(left + side, top + side));
+        list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
+        constexpr const char* modes[] = {"fluoro", "DSA", "roadmap"};
+        sheet.text({left / unit, (top + side + u(3)) / unit},
+                   fmt::format("{} {}  {}", run.number, modes[static_cast<int>(run.mode)], run.images.size()),
+                   Face::Small, palette::faint);
+        ImGui::SetNextWindowPos(ImVec2(left, top));
+        ImGui::SetNextWindowSize(ImVec2(side, side));
+        ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+        ImGui::Begin(fmt::format("run {}", k).c_str(), nullptr, bare | ImGuiWindowFlags_NoBackground);
+        ImGui::SetCursorPos(ImVec2(0, 0));
+        if (ImGui::InvisibleButton("open", ImVec2(side, side))) {
+            review_open_ = true;
+            review_.go_to(runs, run.images.front().time.index);
+        }
+        ImGui::End();
+        ImGui::PopStyleVar();
+    }
 }
 
 void Play::draw_column(const Box& area) {

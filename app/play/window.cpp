@@ -289,6 +289,11 @@ void Window::begin_frame(float unit) {
     if (unit != unit_) make_faces(unit);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    // Enter acts as Space does, on what the keys have reached.
+    ImGuiIO& io = ImGui::GetIO();
+    if (!io.WantTextInput && (ImGui::IsKeyDown(io.KeyMap[ImGuiKey_Enter]) ||
+                              ImGui::IsKeyDown(io.KeyMap[ImGuiKey_KeyPadEnter])))
+        io.NavInputs[ImGuiNavInput_Activate] = 1;
     ImGui::NewFrame();
 }
 

@@ -157,6 +157,7 @@ private:
                 break;
             case Control::Pause:
                 if (view_.phase == Phase::Running) view_.phase = Phase::Paused;
+                view_.readout.beam_on = false;
                 hands_.rest();
                 break;
             case Control::Resume:
@@ -233,6 +234,8 @@ private:
         view_.runs = sequences_.runs();
         view_.score = exercise_->score();
         view_.readout = readout_.read(made, view_.score);
+        // No console knows where the target is.
+        if (!options_.free_practice) view_.readout.tip_to_target.reset();
         show_hands();
         view_.frames = index + 1;
         if (watches_) {
@@ -365,6 +368,7 @@ private:
     void finish() {
         finish_recording();
         if (view_.phase == Phase::Running || view_.phase == Phase::Paused) view_.phase = Phase::Ended;
+        view_.readout.beam_on = false;  // nobody is at the pedal any more
     }
 
     void publish() {

@@ -39,6 +39,7 @@ struct SuggestedView {
 struct Lesson {
     static constexpr int levels = 4;
     int level = 0;  // 1 to 4; 0 = outside the curriculum
+    std::string indication;  // the patient, and why this is done
     std::string briefing;
     std::vector<std::string> hints;
     std::vector<SuggestedView> views;

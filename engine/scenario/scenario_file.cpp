@@ -430,6 +430,7 @@ void read_contrast(io::Section contrast, Scenario& s) {
 
 void read_lesson(io::Section lesson, Lesson& into) {
     lesson.whole("level", into.level, {1, Lesson::levels});
+    lesson.word("indication", into.indication);
     lesson.word("briefing", into.briefing);
     if (const toml::node* node = lesson.find("hints")) {
         const toml::array* hints = node->as_array();

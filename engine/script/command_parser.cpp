@@ -454,8 +454,9 @@ private:
     }
 
     void comment(std::string_view text) {
-        while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-        while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+        const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '#'; };
+        while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+        while (!text.empty() && blank(text.back())) text.remove_suffix(1);
         if (comment_.size() + text.size() > longest_caption) return;
         if (!comment_.empty() && !text.empty()) comment_ += ' ';
         comment_ += text;
