@@ -76,7 +76,7 @@ void Play::draw_hands_help() {
 
 void Play::draw_keys_of(Task task) {
     if (!ImGui::BeginTable("keys", 6)) return;
-    for (const float width : {120.0f, 220.0f, 120.0f, 220.0f, 120.0f, 220.0f})
+    for (const float width : {142.0f, 198.0f, 142.0f, 198.0f, 142.0f, 198.0f})
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, width);
     const auto item = [](const std::string& keys, const std::string& words) {
         ImGui::TableNextColumn();

@@ -166,7 +166,6 @@ void Play::open(std::size_t exercise, bool free_practice) {
     used_left_ = false;
     hint_ = 0;
     hints_shown_ = 0;
-    options_.keys.labels = Window::key_labels();
 
     const Exercise& chosen = options_.exercises[exercise];
     room::SessionOptions session;
@@ -249,7 +248,10 @@ bool Play::run() {
         const bool busy = redraw_ > 0 || countdown_ || (review_open_ && review_.moves());
         window_.wait(busy ? std::max(0.0, fastest - since) : idle);
         const Events events = window_.take_events();
-        if (events.any) redraw_ = 3;
+        if (events.any) {
+            redraw_ = 3;
+            options_.keys.labels = Window::key_labels();  // the layout may have been switched
+        }
         pass_on(events);
         watch_session();
         if (view_ && view_->serial != drawn_serial_) redraw_ = std::max(redraw_, 1);
@@ -287,7 +289,6 @@ void Play::obey(Action action) {
     switch (action) {
         case Action::Help:
             help_ = !help_;
-            if (help_) options_.keys.labels = Window::key_labels();
             break;
         case Action::Menu:
             if (help_)

@@ -26,6 +26,10 @@ double beyond(double axis, double dead_zone) {
     return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), axis);
 }
 
+void warn(Messages& messages, std::string text) {
+    messages.push_back({std::move(text), render::Notice::Warning});
+}
+
 /// Keeps recordings readable.
 double rounded(double value, double step) {
     return std::round(value / step) * step;
@@ -89,16 +93,17 @@ std::pair<double, double> Hands::motion(Side side, const Input& input) {
 }
 
 void Hands::move_device(Side side, const Input& input, const exercise::StepReport& last,
-                        std::vector<script::Command>& commands, std::vector<std::string>& messages) {
+                        std::vector<script::Command>& commands, Messages& messages) {
     auto [push, turn] = motion(side, input);
     const std::optional<script::Held> held = grasp_->in(side);
     if (!held) {
         if (push != 0 || turn != 0)
-            messages.push_back(fmt::format(
-                "The {} hand is empty: {}", name_of(side),
-                grasp_->devices() == 1
-                    ? "this exercise has one device"
-                    : keys_.first(actions_of_hands[static_cast<std::size_t>(side)][4]) + " takes a device"));
+            warn(messages,
+                 fmt::format("The {} hand is empty: {}", name_of(side),
+                             grasp_->devices() == 1
+                                 ? "this exercise has one device"
+                                 : keys_.first(actions_of_hands[static_cast<std::size_t>(side)][4]) +
+                                       " takes a device"));
         return;
     }
     if (last.waiting_insertion > Speeds::most_behind) push = 0;
@@ -113,7 +118,7 @@ void Hands::move_device(Side side, const Input& input, const exercise::StepRepor
 }
 
 void Hands::press_pedals(const Input& input, const exercise::Simulation& simulation,
-                         std::vector<script::Command>& commands, std::vector<std::string>& messages) {
+                         std::vector<script::Command>& commands, Messages& messages) {
     const exercise::Console& console = simulation.console();
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
@@ -139,8 +144,7 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
 }
 
-void Hands::change_grasp(Action action, const exercise::Simulation& simulation,
-                         std::vector<std::string>& messages) {
+void Hands::change_grasp(Action action, const exercise::Simulation& simulation, Messages& messages) {
     std::string problem;
     if (action == Action::Helper)
         problem = grasp_->call_helper(simulation);
@@ -150,32 +154,35 @@ void Hands::change_grasp(Action action, const exercise::Simulation& simulation,
         return;
     if (action != Action::Helper && grasp_->devices() == 1)
         problem = "This exercise has one device: the wire";
-    messages.push_back(problem.empty() ? grasp_->sentence() : problem);
+    if (problem.empty())
+        messages.push_back({grasp_->sentence(), render::Notice::Info});
+    else
+        warn(messages, std::move(problem));
 }
 
 /// All presses of a frame are one step, of each device in the right hand. It stops where the command's range
 /// ends.
 void Hands::move_grip(const Input& input, const exercise::Simulation& simulation,
-                      std::vector<script::Command>& commands, std::vector<std::string>& messages) const {
+                      std::vector<script::Command>& commands, Messages& messages) const {
     double step = 0;
     for (const Action action : input.pressed)
         step += keys_.speeds.grip_step * ((action == Action::GripFarther) - (action == Action::GripCloser));
     if (step == 0) return;
     const std::optional<script::Held> held = grasp_->in(Side::Right);
-    if (!held) messages.push_back("The right hand is empty: it has no distance from a valve");
+    if (!held) warn(messages, "The right hand is empty: it has no distance from a valve");
     for (const scenario::PlacedDevice& device : simulation.devices()) {
         if (held != script::Held::All && held != device.role) continue;
         const std::optional<double> now = simulation.gripped_at(device.role);
         if (!now) {
-            messages.push_back("The hand's distance counts with the method \"global\" only");
+            warn(messages, "The hand's distance counts with the method \"global\" only");
             return;
         }
         const double at = rounded(std::clamp(*now + step, script::least_grip, script::largest_grip), 1e-3);
         if (at != *now)
             commands.push_back(script::Grip{at, device.role});
         else
-            messages.push_back(fmt::format("The hand on the {} goes no {} than {:g} mm from the valve",
-                                           device.name(), step < 0 ? "closer" : "farther", at));
+            warn(messages, fmt::format("The hand on the {} goes no {} than {:g} mm from the valve",
+                                       device.name(), step < 0 ? "closer" : "farther", at));
     }
 }
 
@@ -200,7 +207,7 @@ void Hands::shift_mask(const Input& input, std::vector<script::Command>& command
 }
 
 void Hands::move_stand(const Input& input, const exercise::Simulation& simulation,
-                       std::vector<script::Command>& commands, std::vector<std::string>& messages) {
+                       std::vector<script::Command>& commands, Messages& messages) {
     const Speeds& s = keys_.speeds;
     const exercise::Console& console = simulation.console();
     const render::CArm arm = console.arm();
@@ -264,12 +271,12 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
         if (problems.empty())
             commands.push_back(move);
         else
-            messages.push_back("The C-arm goes no further: " + problems.front());
+            warn(messages, "The C-arm goes no further: " + problems.front());
     }
     if (collimate) commands.push_back(*collimate);
     if (rate != console.pulse_rate()) {
         if (rate > simulation.scenario().frame_rate)
-            messages.push_back(script::too_many_pulses(rate, simulation.scenario().frame_rate));
+            warn(messages, script::too_many_pulses(rate, simulation.scenario().frame_rate));
         else
             commands.push_back(script::SetPulseRate{rate});
     }
@@ -284,17 +291,18 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
         const geometry::Vec3 asked = console.table() + shift;
         geometry::Vec3 place = asked.cwiseMax(-reach).cwiseMin(reach);
         for (int k = 0; k < 3; ++k) place[k] = rounded(place[k], 1e-2);
-        if (asked != asked.cwiseMax(-reach).cwiseMin(reach)) messages.push_back("The table goes no further");
+        if (asked != asked.cwiseMax(-reach).cwiseMin(reach)) warn(messages, "The table goes no further");
         if (place != console.table()) commands.push_back(script::MoveTable{place});
     }
 }
 
 /// One at a time, of several presses in a frame the first.
 void Hands::inject(const Input& input, const exercise::Simulation& simulation,
-                   std::vector<script::Command>& commands, std::vector<std::string>& messages) const {
+                   std::vector<script::Command>& commands, Messages& messages) const {
     for (const int index : input.injections) {
         Answer answer = room::inject(keys_.injections.at(static_cast<std::size_t>(index)), simulation);
-        messages.push_back(std::move(answer.said));
+        messages.push_back(
+            {std::move(answer.said), answer.command ? render::Notice::Info : render::Notice::Warning});
         if (!answer.command) continue;
         commands.push_back(*answer.command);
         return;
@@ -302,8 +310,7 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
 }
 
 std::vector<script::Command> Hands::commands(const Input& input, const exercise::Simulation& simulation,
-                                             const exercise::StepReport& last,
-                                             std::vector<std::string>& messages) {
+                                             const exercise::StepReport& last, Messages& messages) {
     std::vector<script::Command> commands;
     if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
         rest();

@@ -12,6 +12,7 @@
 #include "engine/room/grasp.h"
 #include "engine/room/keys.h"
 #include "engine/script/command.h"
+#include "render/panel/readout.h"
 
 namespace room {
 
@@ -31,17 +32,20 @@ struct Input {
     void add(const Input& later);
 };
 
+/// What the trainee is told of what his hands did or could not do.
+using Messages = std::vector<render::Message>;
+
 class Hands {
 public:
     /// `frame_time` [s].
     Hands(KeyMap, double frame_time);
 
     /// The commands of the next frame; `last` is what the previous frame did. Motions that the stand or the
-    /// patient could not follow are not commanded; `messages` then gets a sentence that says so. Both hands
-    /// act in a frame, the right one first, and wait for devices that lag far behind.
+    /// patient could not follow are not commanded; `messages` then says so, and who holds what or what is
+    /// injected once that changes. Both hands act in a frame, the right one first, and wait for devices that
+    /// lag far behind.
     std::vector<script::Command> commands(const Input&, const exercise::Simulation&,
-                                          const exercise::StepReport& last,
-                                          std::vector<std::string>& messages);
+                                          const exercise::StepReport& last, Messages& messages);
     /// No key is held any more.
     void rest();
     const KeyMap& keys() const { return keys_; }
@@ -55,17 +59,17 @@ private:
     double run_up(bool held, double& since) const;
     std::pair<double, double> motion(Side, const Input&);
     void move_device(Side, const Input&, const exercise::StepReport& last, std::vector<script::Command>&,
-                     std::vector<std::string>& messages);
+                     Messages& messages);
     void press_pedals(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                      std::vector<std::string>& messages);
-    void change_grasp(Action, const exercise::Simulation&, std::vector<std::string>& messages);
+                      Messages& messages);
+    void change_grasp(Action, const exercise::Simulation&, Messages& messages);
     void move_grip(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                   std::vector<std::string>& messages) const;
+                   Messages& messages) const;
     void shift_mask(const Input&, std::vector<script::Command>&) const;
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                    std::vector<std::string>& messages);
+                    Messages& messages);
     void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                std::vector<std::string>& messages) const;
+                Messages& messages) const;
 
     KeyMap keys_;
     double frame_time_;

@@ -274,6 +274,11 @@ std::optional<Key> find_key(std::string_view name) {
 std::string label_of(std::string_view name, std::string_view in_layout) {
     const bool others_have_it = name.starts_with("Keypad") || name == "Space";
     if (others_have_it || in_layout.empty() || !io::is_utf8(in_layout)) return std::string(name);
+    // Signs that are hardly seen alone.
+    constexpr std::pair<std::string_view, std::string_view> small[] = {
+        {".", "Period"}, {",", "Comma"}, {"'", "Apostrophe"}, {"`", "GraveAccent"}, {"-", "Minus"}};
+    for (const auto& [sign, word] : small)
+        if (in_layout == sign) return std::string(word);
     for (const char c : in_layout) {
         const auto byte = static_cast<unsigned char>(c);
         // Leading bytes of U+0080 to U+017F and of U+0380 to U+03FF; what continues them is below 0xC0.

@@ -181,7 +181,7 @@ private:
 
     void frame() {
         const int index = exercise_->frame() + 1;
-        std::vector<std::string> messages;
+        Messages messages;
         std::optional<Clock::time_point> asked;
         std::vector<script::Command> commands;
         if (options_.script) {
@@ -208,7 +208,7 @@ private:
         const auto moved = Clock::now();
         to_recording([&](auto& file) { file.frame(index, commands, [this] { return state_hash(); }); });
         readout_.observe(made, exercise_->score());
-        for (std::string& text : messages) readout_.say(std::move(text), render::Notice::Warning);
+        for (render::Message& said : messages) readout_.say(std::move(said.text), said.notice);
 
         const bool moves = std::any_of(commands.begin(), commands.end(), [](const script::Command& c) {
             return std::holds_alternative<script::Advance>(c) ||

@@ -1,5 +1,6 @@
 #include "tests/window/display.h"
 
+#include <X11/XKBlib.h>
 #include <X11/Xatom.h>
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
@@ -124,6 +125,11 @@ void VirtualDisplay::tap(const std::string& key_name, double held) {
 
 void VirtualDisplay::move_mouse(int x, int y) {
     XTestFakeMotionEvent(x_->display, -1, x, y, 0);
+    XFlush(x_->display);
+}
+
+void VirtualDisplay::switch_layout(unsigned number) {
+    XkbLockGroup(x_->display, XkbUseCoreKbd, number);
     XFlush(x_->display);
 }
 

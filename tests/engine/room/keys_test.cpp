@@ -99,6 +99,7 @@ TEST(Keys, WhatIsShownIsWhatStandsOnTheUsersKeyboard) {
     EXPECT_EQ(label_of("2", "\u00e9"), "\u00e9");
     EXPECT_EQ(label_of("Semicolon", "\u00f6"), "\u00f6");
     EXPECT_EQ(label_of("LeftBracket", "["), "[");
+    EXPECT_EQ(label_of("M", ","), "Comma");        // AZERTY
     EXPECT_EQ(label_of("A", "\u03b1"), "\u03b1");  // Greek
     // Names stay where the system knows no sign, where the fonts have none, and where others have the same.
     EXPECT_EQ(label_of("F1", ""), "F1");

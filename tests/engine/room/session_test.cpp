@@ -69,6 +69,25 @@ run::RunResult replayed(const std::filesystem::path& recording) {
     return run::run_headless(test::small_scenario(), script, options);
 }
 
+TEST(Session, TheReadoutSaysWhatEachHandAndTheHelperHold) {
+    Begun session(options_of(std::string(test::small_toml) + "[catheter]\ndevice = \"cobra5f\"\n"));
+    const auto shows = [&](const std::string& right, const std::string& left, const std::string& helper) {
+        return wait_for(session, [&](const View& view) {
+            const render::Readout& r = view.readout;
+            return r.held == right && r.left_hand == left && r.helper == helper;
+        });
+    };
+    EXPECT_TRUE(shows("wire", "catheter", ""));
+    Input input;
+    input.pressed = {Action::Helper};
+    session.give(input);
+    EXPECT_TRUE(shows("", "catheter", "wire"));
+    input.pressed = {Action::LeftDevice};
+    session.give(input);
+    EXPECT_TRUE(shows("", "all", ""));
+    finish(session);
+}
+
 TEST(Session, WhatHandsDidReplaysToTheSameStates) {
     test::TemporaryFolder folder;
     for (unsigned seed = 0; seed < 3; ++seed) {
