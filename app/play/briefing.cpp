@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 #include <numbers>
+#include <utility>
 
 #include "app/play/map.h"
 #include "app/play/play.h"
@@ -63,7 +64,7 @@ std::string judgement(const scenario::Scenario& s) {
         return "There is no benchmark yet, and so no points: 'seldinger benchmark' makes one of recordings.";
     std::string words = "Against skilled attempts: ";
     for (const exercise::GradeLine& line : exercise::grade({}, skilled).lines)
-        if (line.mean && *line.measure->unit)
+        if (line.mean && *line.mean > 0 && *line.measure->unit)
             words += fmt::format("{}{} {}", words.ends_with(": ") ? "" : ", ", line.measure->name,
                                  exercise::skilled_text(line));
     if (skilled.angiograms.least() >= 1) words += "; all of them took an angiogram";
@@ -137,7 +138,7 @@ void Play::draw_briefing() {
     }
     ImGui::Dummy(ImVec2(0, u(8)));
     if (view_->phase == Phase::Ready) {
-        if (ImGui::IsWindowAppearing() || !ImGui::IsAnyItemFocused()) ImGui::SetKeyboardFocusHere();
+        if (!std::exchange(start_focused_, true) || !ImGui::IsAnyItemFocused()) ImGui::SetKeyboardFocusHere();
         if (ImGui::Button("Start (Enter)")) {
             screen_ = Screen::Room;
             countdown_ = room::Clock::now() + std::chrono::seconds(free_practice_ ? 0 : 3);

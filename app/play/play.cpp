@@ -166,6 +166,7 @@ void Play::open(std::size_t exercise, bool free_practice) {
     used_left_ = false;
     hint_ = 0;
     hints_shown_ = 0;
+    start_focused_ = false;
 
     const Exercise& chosen = options_.exercises[exercise];
     room::SessionOptions session;

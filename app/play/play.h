@@ -178,6 +178,7 @@ private:
     bool used_left_ = false;              // the left hand, in this exercise
     int hint_ = 0;
     std::size_t hints_shown_ = 0;  // of the briefing
+    bool start_focused_ = false;   // its button, once there is one
     double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0, table_left_ = 0, table_head_ = 0;
     Texture image_, reference_;
     std::vector<std::unique_ptr<Texture>> thumbnails_;

@@ -11,6 +11,8 @@ struct Name {
 };
 
 constexpr Name names[] = {
+    {"start", "start of the tube"},
+    {"end", "end of the tube"},
     {"arch", "aortic arch"},
     {"brachiocephalic", "brachiocephalic trunk"},
     {"coeliac", "coeliac trunk"},

@@ -22,6 +22,12 @@ double rounded(double value) {
     return *io::parse_number(fmt::format("{:.6g}", value));
 }
 
+/// As many digits as show two that are not 0, and at least the measure's own.
+int digits_of(const Measure& measure, double value) {
+    if (!(value > 0)) return measure.digits;
+    return std::clamp(1 - static_cast<int>(std::floor(std::log10(value))), measure.digits, 4);
+}
+
 double errors_of(const Score& score) {
     return static_cast<double>(score.mishaps.size()) - number_of(score, Mishap::Dissection) -
            number_of(score, Mishap::Perforation);
@@ -111,15 +117,16 @@ Grade grade(const Score& score, const Benchmark& benchmark) {
 
 std::string skilled_text(const GradeLine& line) {
     if (!line.mean) return "-";
-    const int digits = line.measure->digits == 0 && line.measure->grain <= 1 ? 1 : line.measure->digits;
+    const int digits = std::max(*line.measure->unit ? 0 : 1, digits_of(*line.measure, *line.mean));
     return fmt::format("{:.{}f} ± {:.{}f}{}{}", *line.mean, digits, *line.spread, digits,
                        *line.measure->unit ? " " : "", line.measure->unit);
 }
 
 std::string own_text(const GradeLine& line) {
     if (!line.yours) return "-";
-    return fmt::format("{:.{}f}{}{}", *line.yours, line.measure->digits, *line.measure->unit ? " " : "",
-                       line.measure->unit);
+    const bool counts = !*line.measure->unit;
+    return fmt::format("{:.{}f}{}{}", *line.yours, counts ? 0 : digits_of(*line.measure, *line.yours),
+                       counts ? "" : " ", line.measure->unit);
 }
 
 Benchmark benchmark_of(std::span<const Score> attempts, std::string by, std::uint64_t scenario) {

@@ -1,4 +1,5 @@
 #include "engine/room/attempts.h"
+#include "engine/room/learners.h"
 
 #include <gtest/gtest.h>
 #include <random>
