@@ -56,7 +56,8 @@ private:
     anatomy::ImportRequest import_request_;
     std::vector<double> inlet_, opened_, landmark_;
     std::vector<std::string> names_;
-    std::string checked_, shown_, picture_, scenario_, ct_, cache_;
+    std::string checked_, shown_, picture_, ct_, cache_;
+    ScenarioChoice scenario_;
     double voxel_ = 1, margin_ = 100;  // [mm]
 };
 
@@ -262,7 +263,7 @@ void AnatomyCommand::add_voxelise() {
 int AnatomyCommand::voxelise() const {
     const scenario::Scenario scenario = scenario_named(scenario_);
     if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
-        throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
+        throw io::InputError(scenario_.named + ": a scenario with the procedural patient is accepted");
     patient::check_ct_name(ct_);
     require_no_input({{"--out", ct_}}, scenario, {});
     io::require_writable(ct_);

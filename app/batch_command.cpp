@@ -19,6 +19,7 @@ namespace {
 
 struct BatchArguments {
     std::string list, out, cache;
+    std::vector<std::string> exercises;
     std::vector<std::filesystem::path> folders;  // of shards to merge
     std::optional<std::string> shard;
     int jobs = 2;
@@ -53,19 +54,14 @@ int batch(const BatchArguments& arguments) {
                              arguments.folders.front().string());
     run::BatchOptions options;
     if (arguments.shard) options.shard = io::parse_shard(*arguments.shard);
-    options.scenario = [](const std::string& name, const std::filesystem::path& beside) {
+    const scenario::ExerciseFolders folders = exercise_folders(arguments.exercises);
+    options.exercise = [&](const std::string& name, const std::filesystem::path& beside) {
         const std::filesystem::path own = beside / name;
         io::require_no_device(own);
-        return std::filesystem::is_regular_file(own) ? own
-                                                     : scenario::find_scenario(name, assets() / "scenarios");
+        if (std::filesystem::is_regular_file(own)) return folders.of(own);
+        return exercise_named({name, arguments.exercises});
     };
-    options.commands = [](const std::string& name, const std::filesystem::path& beside) {
-        for (const std::filesystem::path& file : {beside / name, assets() / "scripts" / (name + ".gw")})
-            if (io::require_no_device(file); std::filesystem::is_regular_file(file)) return file;
-        throw io::InputError(
-            "'{}': no such script; a file beside the list, or the name of one that ships, is accepted", name);
-    };
-    options.devices = assets() / "devices";
+    options.devices = catalogue();
     options.list = arguments.list;
     options.origin = origin();
     options.cache.folder = arguments.cache;
@@ -103,6 +99,7 @@ Command add_batch(CLI::App& parser) {
     command->add_option("folders", arguments->folders, "Of 'merge': those of all shards of a list");
     command->add_option("--out", arguments->out, "Folder for a folder of each run, and batch.csv")
         ->required();
+    add_exercises(command, arguments->exercises);
     command->add_option("--jobs", arguments->jobs, "Runs at the same time; results do not depend on it")
         ->check(CLI::Range(1, 256));
     add_optional(command, "--shard", arguments->shard,
@@ -112,8 +109,8 @@ Command add_batch(CLI::App& parser) {
         "A list:\n"
         "  schema = 1\n"
         "  [[run]]\n"
-        "  scenario = [\"renal\", \"my.toml\"]        # that ship, or beside the list\n"
-        "  commands = \"solution\"                  # the shipped one, or files\n"
+        "  scenario = [\"renal\", \"my.toml\"]        # exercises, or files beside the list\n"
+        "  commands = \"solution\"                  # that of the exercise, or files\n"
         "  seeds = [1, 2, 3]                      # of the images' noise\n"
         "  images = false\n"
         "  [run.set]                              # every combination\n"

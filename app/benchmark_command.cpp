@@ -6,14 +6,13 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/played_attempt.h"
 #include "app/progress_bar.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/outputs.h"
-#include "engine/room/keys.h"
-#include "engine/room/played_hand.h"
 #include "engine/run/headless.h"
 #include "engine/script/recording.h"
 
@@ -22,7 +21,7 @@ namespace {
 
 struct BenchmarkArguments {
     std::string folder, out, cache, by, keep;
-    std::vector<std::string> exercises;
+    std::vector<std::string> exercises, folders;
     int played = 0;
     std::uint64_t seed = 1;
 };
@@ -34,46 +33,20 @@ struct Attempts {
     int missed = 0;
 };
 
-constexpr const char* by_a_program =
-    "a program: each exercise's solution at the speed of the room's keys, amounts off by up to 5 %, 1.35 s to "
-    "decide between movements; no physician took part";
-
-/// One attempt by a hand at the keys; empty where it was interrupted.
-std::optional<exercise::Score> played(const scenario::Scenario& scenario,
-                                      const script::CommandScript& solution, const room::Speeds& speeds,
-                                      std::uint64_t seed, const anatomy::ModelCache& cache,
-                                      const std::filesystem::path& keep) {
-    exercise::Exercise exercise(scenario, exercise::Pictures::Dose, cache);
-    if (!keep.empty()) {
-        script::RecordingHeader header{origin(fmt::format("played {}", seed))};
-        exercise.record(keep, header);
-    }
-    room::PlayedHand hand(solution, speeds, scenario.frame_rate, {}, seed);
-    exercise::StepReport last;
-    // It holds still at the end for as long as the target asks, and a little more.
-    const int still = static_cast<int>((scenario.target.hold + 1) * scenario.frame_rate);
-    for (int after = 0; after < still && !exercise.completed() && !exercise.time_is_up(); after += hand.done()) {
-        if (stop_requested()) return std::nullopt;
-        last = exercise.next_frame(hand.next(last)).motion;
-    }
-    exercise.close_recording();
-    return exercise.finish();
-}
-
 std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& arguments) {
     std::vector<std::string> names = arguments.exercises;
     if (names.empty())
-        for (const std::filesystem::path& file : scenario::shipped_scenarios(assets() / "scenarios"))
-            names.push_back(file.stem().string());
-    const room::Speeds speeds = room::load_keys(assets() / "keys.toml").speeds;
+        for (const LoadedExercise& one : loaded(exercise_folders(arguments.folders).all()))
+            if (!one.files.solution.empty()) names.push_back(one.files.name);
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     ProgressBar bar;
     std::vector<Attempts> all;
     for (const std::string& name : names) {
-        Attempts attempts{scenario_named(name), {}, 0};
-        const auto solution = script_for(attempts.scenario, {});
+        const scenario::ExerciseFiles files = exercise_named({name, arguments.folders});
+        const auto solution = script_for(files, {});
         if (!solution) throw io::InputError("{}: expected a solution beside it, found none", name);
+        Attempts attempts{load_exercise(files.file), {}, 0};
         for (int k = 0; k < arguments.played; ++k) {
             bar.show((static_cast<double>(all.size()) + static_cast<double>(k) / arguments.played) /
                          static_cast<double>(names.size()),
@@ -82,7 +55,7 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
                 arguments.keep.empty() ? std::filesystem::path()
                                        : std::filesystem::path(arguments.keep) /
                                              fmt::format("{}-{:03}.gw", attempts.scenario.name, k + 1);
-            const auto score = played(attempts.scenario, *solution, speeds,
+            const auto score = played_attempt(attempts.scenario, *solution,
                                       arguments.seed + static_cast<std::uint64_t>(k), cache, keep);
             if (!score) return std::nullopt;
             if (score->completed)
@@ -107,7 +80,7 @@ std::optional<std::vector<Attempts>> read_recordings(const BenchmarkArguments& a
             tell("note: {}: free practice, and no attempt\n", files[k].string());
             continue;
         }
-        const scenario::Scenario scenario = scenario_of(recording, {});
+        const scenario::Scenario scenario = scenario_of(recording, {{}, arguments.folders});
         run::RunOptions options;
         options.images = false;
         options.same_origin = true;
@@ -198,8 +171,9 @@ Command add_benchmark(CLI::App& parser) {
         ->add_option("--played", arguments->played,
                      "So many attempts at each exercise by a program that plays its solution at the speed of keys")
         ->check(CLI::Range(1, 100));
-    command->add_option("--exercise", arguments->exercises, "With --played: this exercise; again for more")
+    command->add_option("--of", arguments->exercises, "With --played: only this exercise; again for more")
         ->needs("--played");
+    add_exercises(command, arguments->folders);
     command->add_option("--seed", arguments->seed, "With --played: of the first attempt")->needs("--played");
     command->add_option("--keep", arguments->keep, "With --played: folder for the recordings")->needs("--played");
     add_cache_folder(command, arguments->cache);

@@ -1,5 +1,6 @@
 #include "app/command.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cmath>
@@ -186,39 +187,88 @@ void report_on(ProgressBar& bar, anatomy::ModelCache& cache) {
     cache.note = [](const std::string& text) { tell("note: {}\n", text); };
 }
 
-scenario::Scenario scenario_of(const script::CommandScript& recording, const std::string& named) {
-    std::string wanted = named;
-    if (wanted.empty() && recording.origin) wanted = recording.origin->scenario;
-    if (wanted.empty())
-        throw io::InputError(
-            "{}: it does not say which scenario it is of; --scenario NAME or FILE is accepted",
-            recording.file);
-    return scenario_named(wanted);
+scenario::ExerciseFolders exercise_folders(const std::vector<std::string>& named) {
+    const std::filesystem::path users = user_folder("XDG_DATA_HOME", ".local/share");
+    return {assets(), users.empty() ? users : users / "exercises", {named.begin(), named.end()}};
 }
 
-scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set) {
-    return load_exercise(scenario::find_scenario(file_or_name, assets() / "scenarios"), set);
+std::filesystem::path catalogue() {
+    return assets() / "devices";
 }
 
 scenario::Scenario load_exercise(const std::filesystem::path& file, const std::vector<std::string>& set) {
-    scenario::Scenario scenario = scenario::load_scenario(file, assets() / "devices", overrides_of(set));
+    scenario::Scenario scenario = scenario::load_scenario(file, catalogue(), overrides_of(set));
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
         if (scenario::Benchmark own = scenario::benchmark_in(folder, scenario.name); own.given())
             scenario.lesson.benchmark = std::move(own);
     return scenario;
 }
 
-std::optional<script::CommandScript> script_for(const scenario::Scenario& scenario,
+namespace {
+
+void tell_of_hidden(const scenario::ExerciseFiles& files) {
+    for (const std::filesystem::path& hidden : files.hides)
+        tell("note: {} is taken, not {}\n", files.file.string(), hidden.string());
+}
+
+}  // namespace
+
+scenario::ExerciseFiles exercise_named(const ScenarioChoice& choice) {
+    scenario::ExerciseFiles files = exercise_folders(choice.exercises).find(choice.named);
+    tell_of_hidden(files);
+    return files;
+}
+
+std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>& all) {
+    std::vector<LoadedExercise> list;
+    for (const scenario::ExerciseFiles& files : all) try {
+            tell_of_hidden(files);
+            list.push_back({files, load_exercise(files.file)});
+        } catch (const io::InputError& error) {
+            tell("note: {} is left out: {}\n", files.file.string(), error.what());
+        }
+    std::ranges::stable_sort(list, {}, [](const LoadedExercise& one) {
+        const scenario::Lesson& lesson = one.scenario.lesson;
+        return std::pair(lesson.level > 0 ? lesson.level : scenario::Lesson::levels + 1,
+                         lesson.benchmark.completed_after.mean());
+    });
+    return list;
+}
+
+scenario::Scenario scenario_named(const ScenarioChoice& choice, const std::vector<std::string>& set) {
+    return load_exercise(exercise_named(choice).file, set);
+}
+
+scenario::Scenario scenario_of(const script::CommandScript& recording, const ScenarioChoice& choice) {
+    if (!choice.named.empty()) return scenario_named(choice);
+    return load_exercise(exercise_folders(choice.exercises).of_recording(recording, catalogue()).file);
+}
+
+std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles& exercise,
                                                 const std::string& named) {
-    const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
     if (!named.empty()) return script::load_commands(named);
-    if (std::filesystem::exists(own)) return script::load_commands(own);
+    if (!exercise.solution.empty()) return script::load_commands(exercise.solution);
     return std::nullopt;
 }
 
-void add_scenario(CLI::App* parser, std::string& file_or_name) {
-    parser->add_option("scenario", file_or_name, "A scenario file (.toml), or the name of one that ships")
+void add_exercises(CLI::App* parser, std::vector<std::string>& folders, const char* names) {
+    parser
+        ->add_option(names, folders,
+                     "Folder of exercises of your own, NAME.toml with NAME.gw and NAME.png, besides those "
+                     "that ship and ~/.local/share/seldinger/exercises; again for more")
+        ->allow_extra_args(false);
+}
+
+void add_scenario(CLI::App* parser, ScenarioChoice& choice) {
+    parser->add_option("scenario", choice.named, "A scenario file (.toml), or the name of an exercise")
         ->required();
+    add_exercises(parser, choice.exercises);
+}
+
+void add_scenario_of_recording(CLI::App* parser, ScenarioChoice& choice) {
+    parser->add_option("--scenario", choice.named,
+                       "The scenario it was recorded in, where that is not found: a file (.toml)");
+    add_exercises(parser, choice.exercises);
 }
 
 void add_cache_folder(CLI::App* parser, std::string& folder, const char* otherwise) {

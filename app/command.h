@@ -13,6 +13,7 @@
 #include "engine/anatomy/model_cache.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "engine/scenario/exercise_folders.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 
@@ -46,6 +47,9 @@ Command add_cache(CLI::App&);
 Command add_serve(CLI::App&);
 Command add_bake(CLI::App&);
 Command add_benchmark(CLI::App&);
+Command add_check(CLI::App&);
+Command add_new(CLI::App&);
+Command add_author(CLI::App&);
 
 /// To be called first. From here on Ctrl-C, SIGTERM and SIGHUP ask the command to stop. One that asks
 /// stop_requested() has time to keep what it has; a second signal, or work that does not ask for half a
@@ -88,16 +92,33 @@ void require_picture(const std::filesystem::path& out);
 std::filesystem::path usual_cache(const std::string& named);
 /// Shows on the bar what is made for the cache, and notes what cannot be kept. The bar must outlive its use.
 void report_on(ProgressBar&, anatomy::ModelCache&);
-/// The scenario of a recording: `named`, or the shipped one that it names. Throws InputError.
-scenario::Scenario scenario_of(const script::CommandScript&, const std::string& named);
-
-/// The scenario in a file (.toml), or the one of that name that ships, with values as overrides_of() reads
-/// them. Throws InputError.
-scenario::Scenario scenario_named(const std::string& file_or_name, const std::vector<std::string>& set = {});
+/// What names a scenario on a command line.
+struct ScenarioChoice {
+    std::string named;                   // a file (.toml), or the name of an exercise
+    std::vector<std::string> exercises;  // folders of --exercises
+};
+/// Where exercises are: what ships, the user's own, the folders named. Throws InputError.
+scenario::ExerciseFolders exercise_folders(const std::vector<std::string>& named = {});
+/// The folder of devices that a scenario takes by name.
+std::filesystem::path catalogue();
+/// The files of the exercise; tells of scenarios of its name that it stands before. Throws InputError.
+scenario::ExerciseFiles exercise_named(const ScenarioChoice&);
+/// The scenario of it, with values as overrides_of() reads them. Throws InputError.
+scenario::Scenario scenario_named(const ScenarioChoice&, const std::vector<std::string>& set = {});
+/// The scenario of a recording: the one named, or that which the recording names. Throws InputError.
+scenario::Scenario scenario_of(const script::CommandScript&, const ScenarioChoice&);
+/// An exercise that can be chosen.
+struct LoadedExercise {
+    scenario::ExerciseFiles files;
+    scenario::Scenario scenario;
+};
+/// In the order of the curriculum: by level, the quicker first; those outside it come last. Tells which could not be loaded, and what
+/// stands behind another of its name.
+std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>&);
 /// The scenario in the file, measured by the user's own benchmark where there is one. Throws InputError.
 scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {});
-/// The script in the file, or without a name the one that ships with the scenario, if any. Throws InputError.
-std::optional<script::CommandScript> script_for(const scenario::Scenario&, const std::string& named);
+/// The script in the file, or without a name the exercise's solution, if any. Throws InputError.
+std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles&, const std::string& named);
 
 /// "guidewire.friction=0.1", as --set takes it. Throws InputError where there is no "=".
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>&);
@@ -109,8 +130,12 @@ std::filesystem::path program_folder();
 /// is none.
 std::filesystem::path assets();
 
-/// Adds the argument that scenario_named() takes, which has to be given.
-void add_scenario(CLI::App*, std::string& file_or_name);
+/// Adds --exercises, which may have an older name too.
+void add_exercises(CLI::App*, std::vector<std::string>& folders, const char* names = "--exercises");
+/// Adds the argument that scenario_named() takes, which has to be given, and --exercises.
+void add_scenario(CLI::App*, ScenarioChoice&);
+/// Adds --scenario, of recordings, and --exercises.
+void add_scenario_of_recording(CLI::App*, ScenarioChoice&);
 /// Adds --cache, the folder for what is made of vessels, and says which it is without one.
 void add_cache_folder(CLI::App*, std::string& folder, const char* otherwise = "the user's");
 

@@ -17,7 +17,8 @@ namespace app {
 namespace {
 
 struct CourseArguments {
-    std::string folder, out, cache, scenarios;
+    std::string folder, out, cache;
+    std::vector<std::string> exercises;
     int jobs = 2;
 };
 
@@ -28,22 +29,17 @@ int course(const CourseArguments& arguments) {
     if (!std::filesystem::is_directory(folder, none))
         throw io::InputError("{}: no such folder; one with recordings (.gw) is accepted", folder.string());
     const std::vector<std::filesystem::path> files = script::recordings_of(folder);
-    std::vector<std::filesystem::path> inputs = files;
-    for (const auto& entry : std::filesystem::directory_iterator(arguments.scenarios, none))
-        if (entry.path().extension() == ".toml") inputs.push_back(entry.path());
+    const scenario::ExerciseFolders folders = exercise_folders(arguments.exercises);
+    std::vector<std::filesystem::path> inputs = folders.files();
+    inputs.insert(inputs.end(), files.begin(), files.end());
     std::vector<io::Output> outputs;
     for (const char* name : {"course.csv", "course.html"}) outputs.push_back({"--out", out / name});
     io::require_distinct(outputs, inputs);
     const io::OwnFolder own(out);
     for (const char* name : {"course.csv", "course.html"}) io::require_writable(out / name);
     debrief::CourseOptions options;
-    options.scenario = [&](const std::string& name) {
-        // A name out of a recording is no path.
-        if (name.find('/') != std::string::npos || name.starts_with("."))
-            throw io::InputError("'{}' is no scenario's name", name);
-        const std::filesystem::path file = std::filesystem::path(arguments.scenarios) / (name + ".toml");
-        const bool is_given = !arguments.scenarios.empty() && std::filesystem::exists(file);
-        return scenario_named(is_given ? file.string() : name);
+    options.scenario = [&](const script::CommandScript& recording) {
+        return scenario::load_scenario(folders.of_recording(recording, catalogue()).file, catalogue());
     };
     options.cache.folder = usual_cache(arguments.cache);
     options.program_hash = io::hash_text(origin().program_hash);
@@ -82,8 +78,7 @@ Command add_course(CLI::App& parser) {
         ->required();
     command->add_option("--out", arguments->out,
                         "Folder for course.html and course.csv; else the same folder");
-    command->add_option("--scenarios", arguments->scenarios,
-                        "Folder of your own scenarios, beside those that ship");
+    add_exercises(command, arguments->exercises, "--exercises,--scenarios");
     command->add_option("--jobs", arguments->jobs, "Recordings that are played at the same time")
         ->check(CLI::Range(1, 256));
     command->add_option("--cache", arguments->cache,

@@ -21,7 +21,8 @@ namespace {
 
 struct DebriefArguments {
     std::vector<std::string> files;
-    std::string scenario, expert, out, cache;
+    ScenarioChoice scenario;
+    std::string expert, out, cache;
     bool force = false, no_pictures = false;
 };
 
@@ -78,9 +79,18 @@ std::vector<Page> pages_of(const std::filesystem::path& folder, const DebriefArg
         std::string name = "debrief";
         if (learners.size() > 1) name += "-" + io::file_name_of(learner.empty() ? "guest" : learner);
         if (groups.size() > 1) name += "-" + io::file_name_of(exercise);
-        pages.push_back({std::filesystem::path(arguments.out) / (name + ".html"),
-                         scenario_of(recordings.front(), arguments.scenario), std::move(recordings)});
+        try {
+            scenario::Scenario scenario = scenario_of(recordings.front(), arguments.scenario);
+            pages.push_back({std::filesystem::path(arguments.out) / (name + ".html"), std::move(scenario),
+                             std::move(recordings)});
+        } catch (const io::InputError& error) {
+            if (groups.size() == 1) throw;
+            tell("note: '{}' is left out: {}\n", exercise, error.what());
+        }
     }
+    if (pages.empty())
+        throw io::InputError("{}: expected recordings of exercises that are found, found none",
+                             folder.string());
     return pages;
 }
 
@@ -168,8 +178,7 @@ Command add_debrief(CLI::App& parser) {
     command->add_option("--out", arguments->out,
                         "Folder for debrief.html; for a folder of recordings else that folder");
     command->add_option("--expert", arguments->expert, "Recording, or script, to compare with");
-    command->add_option("--scenario", arguments->scenario,
-                        "The scenario they were recorded in, where that does not ship: a file (.toml)");
+    add_scenario_of_recording(command, arguments->scenario);
     command->add_flag("--no-pictures", arguments->no_pictures, "Without key frames, which takes less time");
     command->add_flag("--force", arguments->force,
                       "Go on where scenario or anatomy have changed since they were recorded");

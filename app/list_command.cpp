@@ -1,8 +1,9 @@
-/// `seldinger list`: what ships, and what there is to know of one scenario.
+/// `seldinger list`: the exercises, and what there is to know of one scenario.
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <memory>
+#include <numeric>
 
 #include "app/command.h"
 #include "app/progress_bar.h"
@@ -10,6 +11,7 @@
 #include "engine/exercise/grade.h"
 #include "engine/scenario/device.h"
 #include "engine/scenario/model_choice.h"
+#include "engine/scenario/placement.h"
 #include "engine/scenario/scenario.h"
 #include "physics/geometry/polyline.h"
 #include "physics/geometry/vec.h"
@@ -17,16 +19,12 @@
 namespace app {
 namespace {
 
-scenario::Scenario load(const std::filesystem::path& file) {
-    return load_exercise(file);
-}
-
 std::string figure(const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:g} {}", *value, unit) : std::string("-");
 }
 
 void list_devices() {
-    for (const std::filesystem::path& file : scenario::device_files(assets() / "devices")) {
+    for (const std::filesystem::path& file : scenario::device_files(catalogue())) {
         const scenario::Device device = scenario::load_device(file);
         print("{:<16} {:<9} {}\n", device.name, scenario::name_of(device.kind), device.title);
     }
@@ -36,22 +34,28 @@ std::string skilled_time(const scenario::Benchmark& skilled) {
     return skilled.completed_after.given() ? fmt::format("{:.0f} s", skilled.completed_after.mean()) : "-";
 }
 
-/// By level; those outside the curriculum come last.
-void list_scenarios() {
-    std::vector<scenario::Scenario> all;
-    for (const std::filesystem::path& file : scenario::shipped_scenarios(assets() / "scenarios"))
-        all.push_back(load(file));
-    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
-        const auto order = [](int level) { return level > 0 ? level : scenario::Lesson::levels + 1; };
-        return order(a.lesson.level) < order(b.lesson.level);
-    });
-    std::size_t widest = 0;
-    for (const scenario::Scenario& s : all) widest = std::max(widest, s.name.size());
-    print("{:<{}}  level  skilled  exercise\n", "name", widest);
-    for (const scenario::Scenario& s : all)
-        print("{:<{}}  {:>5}  {:>7}  {}\n", s.name, widest,
+void list_scenarios(const std::vector<scenario::ExerciseFiles>& files) {
+    const std::vector<LoadedExercise> all = loaded(files);
+    std::size_t widest = 4;
+    for (const LoadedExercise& one : all) widest = std::max(widest, one.files.name.size());
+    print("{:<{}}  level  skilled  solution  exercise\n", "name", widest);
+    for (const auto& [of, s] : all)
+        print("{:<{}}  {:>5}  {:>7}  {:<8}  {}\n", s.name, widest,
               s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
-              skilled_time(s.lesson.benchmark), s.title);
+              skilled_time(s.lesson.benchmark), of.solution.empty() ? "-" : "yes", s.title);
+}
+
+/// How long and wide a branch is, and where it leaves its parent.
+std::string text_of(const anatomy::Anatomy& anatomy, const geometry::CentrelineBranch& branch) {
+    const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
+    const double mean = std::accumulate(branch.radii.begin(), branch.radii.end(), 0.0) /
+                        static_cast<double>(branch.radii.size());
+    std::string text = fmt::format("{:<28} {:.0f} mm long, radius {:.1f} to {:.1f} mm, {:.1f} on average",
+                                   branch.name, geometry::length_of(branch.points), *least, *most, mean);
+    if (branch.parent >= 0)
+        text += fmt::format(", leaves {} at {:.0f} mm", anatomy.branches[branch.parent].name,
+                            anatomy::along(anatomy, {branch.parent, branch.parent_sample}));
+    return text;
 }
 
 void show_scenario(const scenario::Scenario& s, const std::string& cache_folder) {
@@ -62,6 +66,12 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
         report_on(bar, cache);
         return scenario::anatomy_of(s, cache);
     }();
+    try {
+        scenario::entry_of(s, anatomy);
+        scenario::target_of(s, anatomy);
+    } catch (const io::InputError& error) {
+        tell("note: it would be refused: {}\n", error.what());
+    }
     const auto line = [](const char* name, const std::string& text) { print("{:<11} {}\n", name, text); };
     print("{}: {}\n", s.name, s.title);
     if (!s.lesson.briefing.empty()) print("\n{}\n\n", s.lesson.briefing);
@@ -97,13 +107,13 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
     for (const std::string& hint : s.lesson.hints) line("hint", hint);
     for (const anatomy::VesselEnd& end : anatomy.ends)
         line("end", fmt::format("{:<28} radius {:.1f} mm", end.opening.name, end.opening.radius));
-    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
-        line("branch", fmt::format("{:<28} {:.0f} mm long, radius {:.1f} to {:.1f} mm{}", branch.name,
-                                   geometry::length_of(branch.points), *least, *most,
-                                   branch.parent < 0 ? std::string()
-                                                     : ", from " + anatomy.branches[branch.parent].name));
-    }
+    for (const geometry::CentrelineBranch& branch : anatomy.branches)
+        line("branch", text_of(anatomy, branch));
+    if (s.vessels)
+        for (const anatomy::PartPlace& part : anatomy::parts_of(*s.vessels))
+            line("part",
+                 fmt::format("{:<28} of {}, {:.0f} to {:.0f} mm along it; its own at_mm is 0 to {:.0f}",
+                             part.name, part.branch, part.start, part.end, part.end - part.start));
     for (const anatomy::VesselTarget& target : anatomy.targets)
         line("target at",
              fmt::format("{:<28} {:.1f}, {:.1f}, {:.1f} mm, in {}", target.name, target.centre.x(),
@@ -114,28 +124,33 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
 
 Command add_list(CLI::App& parser) {
     struct Arguments {
-        std::string what = "scenarios", cache;
+        ScenarioChoice what{"scenarios", {}};
+        std::string cache;
     };
     const auto arguments = std::make_shared<Arguments>();
-    CLI::App* command = parser.add_subcommand(
-        "list", "List the scenarios, or the devices, that ship, or describe a scenario");
-    command->add_option("what", arguments->what,
-                        "'scenarios', 'devices', or a scenario: a file (.toml), or one that ships");
+    CLI::App* command =
+        parser.add_subcommand("list", "List the exercises, or the devices, that there are, or describe one");
+    command->add_option("what", arguments->what.named,
+                        "'scenarios', 'devices', a folder of exercises, or one: a file (.toml), or its name");
+    add_exercises(command, arguments->what.exercises);
     command->add_option("--cache", arguments->cache, "Folder that keeps grown vessels; else the user's");
     command->footer(
         "Examples:\n"
-        "  seldinger list                   the scenarios, by level\n"
+        "  seldinger list                   the exercises, by level\n"
         "  seldinger list devices           wires and catheters of the catalogue\n"
         "  seldinger list renal             target, ends, branches, benchmark and hints of one scenario\n"
         "Exit codes: 0 done, 2 bad input.");
     return {command, [arguments] {
-                if (arguments->what == "devices")
+                const ScenarioChoice& what = arguments->what;
+                std::error_code ignored;
+                if (what.named == "devices")
                     list_devices();
-                else if (arguments->what == "scenarios")
-                    list_scenarios();
+                else if (what.named == "scenarios")
+                    list_scenarios(exercise_folders(what.exercises).all());
+                else if (std::filesystem::is_directory(what.named, ignored))
+                    list_scenarios(exercise_folders().in(what.named));
                 else
-                    show_scenario(load(scenario::find_scenario(arguments->what, assets() / "scenarios")),
-                                  arguments->cache);
+                    show_scenario(scenario_named(what), arguments->cache);
                 return done;
             }};
 }

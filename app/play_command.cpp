@@ -1,7 +1,6 @@
 /// `seldinger play`.
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,7 +27,8 @@ namespace app {
 namespace {
 
 struct PlayArguments {
-    std::string scenario, record, size = "1280x800", keys, replay, cache, measure, learner;
+    ScenarioChoice scenario;
+    std::string record, size = "1280x800", keys, replay, cache, measure, learner;
     bool free_practice = false, open_all = false;
 };
 
@@ -45,18 +45,15 @@ std::pair<int, int> size_of(const std::string& words) {
     throw io::InputError("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words);
 }
 
-Exercise exercise_of(const std::filesystem::path& file) {
-    Exercise exercise;
-    exercise.file = file;
-    exercise.scenario = load_exercise(file);
-    const std::filesystem::path folder = assets(),
-                                script = folder / "scripts" / (exercise.scenario.name + ".gw");
-    exercise.picture = file.parent_path() / (exercise.scenario.name + ".png");
-    std::error_code ignored;
-    const bool ships = std::filesystem::equivalent(file.parent_path().empty() ? "." : file.parent_path(),
-                                                   folder / "scenarios", ignored);
-    if (ships && std::filesystem::exists(script)) exercise.solution = script::load_commands(script);
-    return exercise;
+/// A solution that cannot be read is told, and the exercise has none.
+Exercise exercise_of(LoadedExercise loaded) {
+    Exercise made{std::move(loaded.scenario), {}, loaded.files.file, loaded.files.picture};
+    try {
+        made.solution = script_for(loaded.files, {});
+    } catch (const io::InputError& error) {
+        tell("note: '{}' has no solution: {}\n", loaded.files.name, error.what());
+    }
+    return made;
 }
 
 /// A page about the attempt beside its recording, with the learning curve of those before it.
@@ -108,23 +105,21 @@ void show_page(const std::filesystem::path& page) {
         throw io::InputError("expected xdg-open to open a browser, found none: open the page in any browser");
 }
 
-/// The recording with the place of its exercise, which is the one named on the command line or in the file.
-Replay replay_of(const std::filesystem::path& file, const std::string& named,
-                 const std::function<std::size_t(const std::string&)>& place_of) {
-    Replay replay;
-    replay.recording = script::load_commands(file);
-    const std::string recorded = replay.recording.origin ? replay.recording.origin->scenario : "";
-    if (named.empty() && recorded.empty())
+/// The scenario file of a recording: the one named on the command line, or that which the recording names.
+std::filesystem::path file_of(const script::CommandScript& recording, const ScenarioChoice& choice) {
+    const std::string recorded = recording.origin ? recording.origin->scenario : "";
+    if (choice.named.empty() && recorded.empty())
         throw io::InputError(
             "--replay {}: it does not say which scenario it is of; 'seldinger play SCENARIO --replay FILE' "
             "is accepted",
-            file.string());
-    const std::string name = std::filesystem::path(named).stem().string();
-    if (!named.empty() && !recorded.empty() && recorded != name)
-        throw io::InputError("--replay {}: it is a recording of '{}'; one of '{}' is accepted", file.string(),
-                             recorded, name);
-    replay.exercise = place_of(named.empty() ? recorded : named);
-    return replay;
+            recording.file);
+    if (choice.named.empty())
+        return exercise_folders(choice.exercises).of_recording(recording, catalogue()).file;
+    const scenario::ExerciseFiles named = exercise_named(choice);
+    if (!recorded.empty() && recorded != named.name)
+        throw io::InputError("--replay {}: it is a recording of '{}'; one of '{}' is accepted",
+                             recording.file, recorded, named.name);
+    return named.file;
 }
 
 int play(const PlayArguments& arguments) {
@@ -156,35 +151,26 @@ int play(const PlayArguments& arguments) {
     }
     if (!arguments.measure.empty()) io::require_writable(arguments.measure);
 
-    const std::filesystem::path folder = assets() / "scenarios";
-    for (const std::filesystem::path& file : scenario::shipped_scenarios(folder))
-        options.exercises.push_back(exercise_of(file));
-    // The easy ones first, as a trainee meets them; those of one level by the time that skilled hands take. Those
-    // outside the curriculum come last.
-    std::stable_sort(options.exercises.begin(), options.exercises.end(),
-                     [](const Exercise& a, const Exercise& b) {
-                         const auto place = [](const Exercise& exercise) {
-                             const scenario::Lesson& lesson = exercise.scenario.lesson;
-                             return std::pair(lesson.level > 0 ? lesson.level : scenario::Lesson::levels + 1,
-                                              lesson.benchmark.completed_after.mean());
-                         };
-                         return place(a) < place(b);
-                     });
-    const auto place_of = [&](const std::string& name) {
-        const std::filesystem::path file = scenario::find_scenario(name, folder);
+    const scenario::ExerciseFolders folders = exercise_folders(arguments.scenario.exercises);
+    for (LoadedExercise& one : loaded(folders.all()))
+        options.exercises.push_back(exercise_of(std::move(one)));
+    const auto place_of = [&](const std::filesystem::path& file) {
         std::error_code ignored;
         for (std::size_t k = 0; k < options.exercises.size(); ++k)
             if (std::filesystem::equivalent(file, options.exercises[k].file, ignored)) return k;
-        options.exercises.push_back(exercise_of(file));
+        options.exercises.push_back(
+            exercise_of({folders.of(file), scenario::load_scenario(file, catalogue())}));
         return options.exercises.size() - 1;
     };
     if (!arguments.replay.empty()) {
-        for (const std::filesystem::path& file : script::recordings_of(arguments.replay))
-            options.replays.push_back(replay_of(file, arguments.scenario, place_of));
-        for (const Replay& replay : options.replays)
-            run::check(options.exercises[replay.exercise].scenario, replay.recording);
-    } else if (!arguments.scenario.empty()) {
-        options.start = place_of(arguments.scenario);
+        for (const std::filesystem::path& file : script::recordings_of(arguments.replay)) {
+            script::CommandScript recording = script::load_commands(file);
+            const std::size_t place = place_of(file_of(recording, arguments.scenario));
+            run::check(options.exercises[place].scenario, recording);
+            options.replays.push_back({place, std::move(recording)});
+        }
+    } else if (!arguments.scenario.named.empty()) {
+        options.start = place_of(exercise_named(arguments.scenario).file);
     }
     Window window(options.width, options.height, "Seldinger");
     const bool differed = Play(window, std::move(options)).run();
@@ -207,8 +193,9 @@ Command add_play(CLI::App& parser) {
     const auto arguments = std::make_shared<PlayArguments>();
     CLI::App* command =
         parser.add_subcommand("play", "The room: wire, pedals and C-arm under your hands, in a window");
-    command->add_option("scenario", arguments->scenario,
-                        "A scenario file (.toml), or the name of one that ships; else there is a choice");
+    command->add_option("scenario", arguments->scenario.named,
+                        "A scenario file (.toml), or the name of an exercise; else there is a choice");
+    add_exercises(command, arguments->scenario.exercises);
     command->add_option("--record", arguments->record,
                         "Folder that keeps every attempt as a recording (.gw) of its own, or the file of the "
                         "first; else a folder of the user's for each learner");

@@ -14,7 +14,8 @@ namespace app {
 namespace {
 
 struct RenderArguments {
-    std::string scenario, commands, out, cache, mode = "live";
+    ScenarioChoice scenario;
+    std::string commands, out, cache, mode = "live";
     int frame = 0;
     std::optional<double> lao, cranial;  // [deg]
     double iodine = 60;
@@ -22,9 +23,10 @@ struct RenderArguments {
 
 int render_image(const RenderArguments& arguments) {
     run::check_still(arguments.out);
-    const scenario::Scenario scenario = scenario_named(arguments.scenario);
+    const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
+    const scenario::Scenario scenario = scenario::load_scenario(files.file, catalogue());
     const script::CommandScript script =
-        script_for(scenario, arguments.commands).value_or(script::CommandScript());
+        script_for(files, arguments.commands).value_or(script::CommandScript());
     require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::StillRequest request;
     request.frame = arguments.frame;
@@ -48,9 +50,8 @@ Command add_render(CLI::App& parser) {
     const auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command = parser.add_subcommand("render", "One image of a scenario, from any side");
     add_scenario(command, arguments->scenario);
-    command->add_option(
-        "--commands", arguments->commands,
-        "Command script or recording (.gw); else the one that ships with the scenario, if any");
+    command->add_option("--commands", arguments->commands,
+                        "Command script or recording (.gw); else the exercise's solution, if any");
     command->add_option("--frame", arguments->frame, "The frame to show; its script runs up to it")
         ->check(CLI::Range(0, script::largest_frame));
     add_optional(command, "--lao", arguments->lao, "Angle of the arm, RAO negative [deg]");

@@ -30,21 +30,29 @@ const char* const footer =
 
 struct RunArguments {
     std::vector<std::string> set;
-    std::string scenario, commands, out, expect, cache, trace, learner, frames = "all", dicom;
+    ScenarioChoice scenario;
+    std::string commands, out, expect, cache, trace, learner, frames = "all", dicom;
     std::vector<std::string> truth_of;
     int every = 1;
     bool panel = false, truth = false;
 };
 
 int run_scenario(const RunArguments& arguments) {
-    const scenario::Scenario scenario = scenario_named(arguments.scenario, arguments.set);
+    const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
+    const scenario::Scenario scenario =
+        scenario::load_scenario(files.file, catalogue(), overrides_of(arguments.set));
     std::optional<std::string> typed;
     if (arguments.commands == "-") {
         typed = std::string(std::istreambuf_iterator<char>(std::cin), {});
         if (stop_requested()) return interrupted;  // a signal ends the reading, in mid-script
     }
+    const bool solves = arguments.commands == "solution";
+    if (solves && files.solution.empty())
+        throw io::InputError("--commands solution: '{0}' has none; {0}.gw beside {1} is accepted", files.name,
+                             files.file.string());
     const script::CommandScript script =
-        typed ? script::parse_commands(*typed, "standard input") : script::load_commands(arguments.commands);
+        typed ? script::parse_commands(*typed, "standard input")
+              : script::load_commands(solves ? files.solution.string() : arguments.commands);
     run::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
@@ -109,8 +117,9 @@ Command add_run(CLI::App& parser) {
         parser.add_subcommand("run", "Run a scenario from a file of commands, without a display");
     add_scenario(command, arguments->scenario);
     command
-        ->add_option("--commands", arguments->commands,
-                     "Command script or recording (.gw); - reads standard input")
+        ->add_option(
+            "--commands", arguments->commands,
+            "Command script or recording (.gw); 'solution' is the exercise's; - reads standard input")
         ->required();
     command->add_option("--out", arguments->out, "Folder for run.gw, score.json, sheet.png and frames/")
         ->required();

@@ -21,7 +21,8 @@ namespace app {
 namespace {
 
 struct ScoreArguments {
-    std::string file, scenario, out, cache;
+    ScenarioChoice scenario;
+    std::string file, out, cache;
     bool force = false;
 };
 
@@ -183,8 +184,7 @@ int for_each(const ScoreArguments& arguments,
 CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArguments& arguments) {
     CLI::App* command = parser.add_subcommand(name, what);
     command->add_option("file", arguments.file, "A recording (.gw), or a folder of recordings")->required();
-    command->add_option("--scenario", arguments.scenario,
-                        "The scenario it was recorded in, where that does not ship: a file (.toml)");
+    add_scenario_of_recording(command, arguments.scenario);
     command->add_flag("--force", arguments.force,
                       "Go on where scenario or anatomy have changed since it was recorded");
     add_cache_folder(command, arguments.cache);

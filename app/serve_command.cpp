@@ -19,7 +19,8 @@ namespace app {
 namespace {
 
 struct ServeArguments {
-    std::string scenario, cache;
+    ScenarioChoice scenario;
+    std::string cache;
     std::vector<std::string> set;
     int keep = 10'000;
 };

@@ -12,14 +12,16 @@ namespace app {
 namespace {
 
 struct ShowArguments {
-    std::string scenario, commands, out, cache;
+    ScenarioChoice scenario;
+    std::string commands, out, cache;
 };
 
 int show(const ShowArguments& arguments) {
     require_picture(arguments.out);
-    const scenario::Scenario scenario = scenario_named(arguments.scenario);
+    const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
+    const scenario::Scenario scenario = scenario::load_scenario(files.file, catalogue());
     const script::CommandScript script =
-        script_for(scenario, arguments.commands).value_or(script::parse_commands("0 end\n", "no script"));
+        script_for(files, arguments.commands).value_or(script::parse_commands("0 end\n", "no script"));
     require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::RunOptions options;
     options.images = false;
@@ -74,7 +76,7 @@ Command add_show(CLI::App& parser) {
         "show", "A picture of a scenario's vessels with their names, and the way that its wire takes");
     add_scenario(command, arguments->scenario);
     command->add_option("--commands", arguments->commands,
-                        "Script or recording (.gw); else the one that ships with the scenario, if any");
+                        "Script or recording (.gw); else the exercise's solution, if any");
     command->add_option("--out", arguments->out, "File for the picture (.png)")->required();
     add_cache_folder(command, arguments->cache);
     command->footer(

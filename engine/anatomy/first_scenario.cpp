@@ -74,8 +74,8 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
         "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
         "[guidewire]\ndevice = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
         "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
-        io::toml_text(anatomy.name), io::toml_text(std::filesystem::absolute(file).lexically_normal().string()),
-        io::toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
+        io::toml_text(anatomy.name), io::toml_text(file.string()), io::toml_text(anatomy.ends[entry].opening.name),
+        decimal(inserted), wire.name,
         wire.diameter < 2 * narrowest
             ? ""
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),

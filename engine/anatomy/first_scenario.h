@@ -19,7 +19,8 @@ struct FirstWire {
 std::span<const FirstWire> first_wires();
 
 /// TOML that `seldinger run` and `render` take as it is: a wire that passes as far as the target, so much of
-/// it inside that its tip is well within the vessels, and the tip in view. `file` is the anatomy's.
+/// it inside that its tip is well within the vessels, and the tip in view. `file` is the anatomy's, as the
+/// scenario names it.
 std::string first_scenario(const Anatomy&, const std::filesystem::path& file);
 
 }  // namespace anatomy

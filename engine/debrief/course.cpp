@@ -84,7 +84,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
             throw io::InputError("free practice, and no attempt: seconds may have been taken back");
         learner = recording.origin->learner;
         row.exercise = recording.origin->scenario;
-        const scenario::Scenario scenario = options.scenario(recording.origin->scenario);
+        const scenario::Scenario scenario = options.scenario(recording);
         row.level = scenario.lesson.level;
         const fs::path kept = kept_at(text, scenario, options);
         std::error_code ignored;

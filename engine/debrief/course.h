@@ -37,8 +37,8 @@ struct CourseRow {
 };
 
 struct CourseOptions {
-    /// The scenario of that name. Throws InputError where there is none.
-    std::function<scenario::Scenario(const std::string& name)> scenario;
+    /// The scenario of a recording. Throws InputError where there is none.
+    std::function<scenario::Scenario(const script::CommandScript&)> scenario;
     anatomy::ModelCache cache;
     std::string program_hash;  // of the program that computes: its results are kept in the cache
     int jobs = 2;

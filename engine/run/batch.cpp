@@ -229,6 +229,33 @@ std::string BatchJob::values_text() const {
     return text;
 }
 
+namespace {
+
+/// The file of the script that a list names.
+fs::path commands_of(const scenario::ExerciseFiles& exercise, const std::string& script,
+                     const fs::path& beside, const BatchOptions& options) {
+    if (script == "solution") {
+        if (!exercise.solution.empty()) return exercise.solution;
+        throw io::InputError("'{}' has no solution: {}.gw beside {} is accepted", exercise.name,
+                             exercise.name, exercise.file.string());
+    }
+    const fs::path own = beside / script;
+    io::require_no_device(own);
+    if (fs::is_regular_file(own)) return own;
+    try {
+        const fs::path other = options.exercise(script, beside).solution;
+        if (scenario::is_exercise_name(script) && !other.empty()) return other;
+    } catch (const io::InputError&) {
+        // What is accepted is told below.
+    }
+    throw io::InputError(
+        "'{}': no such script; a file beside the list, 'solution', or the name of an exercise that has one "
+        "is accepted",
+        script);
+}
+
+}  // namespace
+
 std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& options) {
     const std::string text = io::read_text(file, "list of runs", "a .toml file is accepted");
     io::Reading reading{file.string(), {}, {}};
@@ -260,9 +287,9 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
         for (const std::string& named : scenarios)
             for (const std::string& script : scripts) {
                 try {
-                    job.scenario = options.scenario(named, file.parent_path());
-                    job.commands = options.commands(
-                        script == "solution" ? job.scenario.stem().string() : script, file.parent_path());
+                    const scenario::ExerciseFiles exercise = options.exercise(named, file.parent_path());
+                    job.scenario = exercise.file;
+                    job.commands = commands_of(exercise, script, file.parent_path(), options);
                 } catch (const io::InputError& error) {
                     reading.wrong.emplace_back(io::TextPlace{reading.file, 0, 0}, error.what());
                     continue;

@@ -11,6 +11,7 @@
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/io/shard.h"
+#include "engine/scenario/exercise_folders.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 
@@ -30,10 +31,8 @@ struct BatchJob {
 };
 
 struct BatchOptions {
-    /// A file, or the shipped scenario or script of that name; `beside` is the list's folder. Throw
-    /// InputError.
-    std::function<std::filesystem::path(const std::string&, const std::filesystem::path&beside)> scenario,
-        commands;
+    /// The exercise in a file, or of that name; `beside` is the list's folder. Throws InputError.
+    std::function<scenario::ExerciseFiles(const std::string&, const std::filesystem::path& beside)> exercise;
     std::filesystem::path devices;
     std::filesystem::path list;  // the file of the list, which no output may replace
     script::Origin origin;       // program and learner of the recordings
@@ -49,7 +48,7 @@ struct BatchOptions {
 ///     schema = 1
 ///     [[run]]
 ///     scenario = "renal"                     # or a list of them
-///     commands = "solution"                  # the shipped script; or a file, or a list
+///     commands = "solution"                  # of the exercise; or a file, the name of another, a list
 ///     seeds = [1, 2, 3]                      # of the images' noise
 ///     images = true                          # frames as well; false is usual
 ///     [run.set]                              # every combination

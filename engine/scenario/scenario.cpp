@@ -234,20 +234,6 @@ std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path
     return files;
 }
 
-std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder) {
-    std::error_code error;
-    io::require_no_device(path_or_name);
-    if (std::filesystem::is_regular_file(path_or_name, error)) return path_or_name;
-    std::vector<std::string> names;
-    for (const std::filesystem::path& file : shipped_scenarios(folder)) {
-        names.push_back(file.stem().string());
-        if (names.back() == path_or_name) return file;
-    }
-    const std::vector<std::string_view> words(names.begin(), names.end());
-    throw io::InputError("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
-                         path_or_name, io::suggestion(path_or_name, words), io::joined(names));
-}
-
 void TissueChoice::state(geometry::StateStream& s) {
     const auto values = [&](Values& of) {
         double modulus = of.modulus.value_or(-1), wall = of.wall.value_or(-1);

@@ -228,7 +228,4 @@ void require_no_input(const std::vector<io::Output>&, const Scenario&,
 /// Scenario files (*.toml) of a folder by name, in alphabetical order.
 std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder);
 
-/// A path to a file as it is, or the shipped scenario of that name. Throws InputError naming those that ship.
-std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder);
-
 }  // namespace scenario

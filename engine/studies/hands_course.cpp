@@ -48,8 +48,8 @@ double HandBalance::error() const {
 }
 
 HandCourse::HandCourse(const StudyOptions& options, const HandScene& scene) {
-    scenario::Scenario s = scenario::load_scenario(scenario::find_scenario(scene.scenario, options.scenarios),
-                                                   options.devices, scene.with);
+    scenario::Scenario s =
+        scenario::load_scenario(options.scenarios / (scene.scenario + ".toml"), options.devices, scene.with);
     // The model's sizes are those of vessels that make way, even where that does not show.
     if (!s.tube && !s.tissue.rigid) s.tissue.rigid = false;
     simulation_ = std::make_unique<exercise::Simulation>(s, options.cache);

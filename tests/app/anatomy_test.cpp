@@ -122,6 +122,24 @@ TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     succeeded(folder, {"render", folder / "tube.toml", "--out", folder / "tube.png"});
 }
 
+TEST_F(AnatomyImport, AScenarioAndItsAnatomyCanBeMovedTogether) {
+    write(folder / "x.toml", small_tree);
+    ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
+    std::filesystem::create_directories(folder / "own/deep");
+    const auto import = [&](const std::string& scenario) {
+        succeeded(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet", "0,0,0",
+                           "--out", "own/mesh", "--name", "tube", "--scenario", scenario});
+    };
+    import("own/beside.toml");
+    import((folder / "own/deep/below.toml").string());
+    test::expect_said(read(folder / "own/beside.toml"), "anatomy = \"mesh/tube.anatomy.json\"");
+    test::expect_said(read(folder / "own/deep/below.toml"), "anatomy = \"../mesh/tube.anatomy.json\"");
+    std::filesystem::create_directories(folder / "elsewhere");
+    std::filesystem::rename(folder / "own", folder / "elsewhere/moved");
+    for (const char* scenario : {"beside.toml", "deep/below.toml"})
+        succeeded(folder, {"list", (folder / "elsewhere/moved") / scenario});
+}
+
 TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
     const auto refused = [&](const std::vector<std::string>& words, const std::string& expected) {
         expect_refused(run(folder, test::joined({"anatomy", "import"}, words)), expected);

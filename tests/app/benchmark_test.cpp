@@ -31,7 +31,7 @@ TEST_F(BenchmarkCommand, OfATeachersOwnRecordingsGradesAllOthersFromThenOn) {
 
 TEST_F(BenchmarkCommand, OfPlayedAttemptsIsTheSameEveryTimeAndKeepsTheOthers) {
     write(folder / "b.toml", "schema = 1\n[other]\nby = \"x\"\nattempts = 1\n");
-    const std::vector<std::string> play = {"benchmark", "--played",           "2",     "--exercise", "straight",
+    const std::vector<std::string> play = {"benchmark", "--played",           "2",     "--of", "straight",
                                            "--out",     folder / "b.toml", "--keep", folder / "kept"};
     succeeded(folder, play);
     const std::string first = read(folder / "b.toml");
@@ -52,7 +52,7 @@ TEST_F(BenchmarkCommand, WhatIsWrongIsRefusedAndNothingChanges) {
     expect_refused(run(folder, {"benchmark"}), "expected either");
     expect_refused(run(folder, {"benchmark", folder / "skilled"}), "--by is missing");
     expect_refused(run(folder, {"benchmark", folder / "none", "--by", "x"}), "none");
-    expect_refused(run(folder, {"benchmark", "--played", "1", "--exercise", "renl"}), "renal");
+    expect_refused(run(folder, {"benchmark", "--played", "1", "--of", "renl"}), "renal");
     write(folder / "b.toml", "schema = 1\n[s_bend]\n");
     expect_refused(run(folder, {"benchmark", folder / "skilled", "--by", "x", "--out", folder / "b.toml"}),
                    "b.toml:2");

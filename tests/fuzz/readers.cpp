@@ -125,11 +125,8 @@ void keys(const std::string& bytes) {
 }
 void batch(const std::string& bytes) {
     run::BatchOptions options;
-    options.scenario = [](const std::string& name, const fs::path& beside) {
-        return beside / (name + ".toml");
-    };
-    options.commands = [](const std::string& name, const fs::path& beside) {
-        return beside / (name + ".gw");
+    options.exercise = [](const std::string& name, const fs::path& beside) {
+        return scenario::ExerciseFiles{name, beside / (name + ".toml"), beside / (name + ".gw"), {}};
     };
     run::load_batch(file_of(bytes, "list.toml"), options);
 }

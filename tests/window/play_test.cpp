@@ -149,6 +149,22 @@ TEST(Play, TheSolutionIsShownAndARecordingIsHeldAgainstItsStates) {
     EXPECT_EQ(room.close().code, 0);
 }
 
+/// A folder of one exercise, whose name and level make it the first of the chooser.
+TEST(Play, AnExerciseOfOnesOwnIsInTheChooserAndShowsItsSolution) {
+    TemporaryFolder own;
+    write(own / "aaa.toml", std::string(small_toml) + "[lesson]\nlevel = 1\n");
+    write(own / "aaa.gw", "0 beam on\n1..60 advance 1 mm\n75 end\n");
+    Room room(1280, 800, {"--exercises", own.path().string()});
+    ASSERT_TRUE(room.reaches("choose"));
+    // Over "Exercise" and "Free practice" to "Show me".
+    for (int k = 0; k < 2; ++k) ASSERT_TRUE(room.mark_next("Right"));
+    room.picture("chooser-own");
+    ASSERT_TRUE(room.tap_out_of("choose", "space"));
+    ASSERT_TRUE(room.reaches("aaa"));
+    ASSERT_TRUE(room.reaches("running"));  // by itself
+    EXPECT_EQ(room.close().code, 0);
+}
+
 TEST(Play, ARecordingThatDiffersIsToldByTheExitCode) {
     TemporaryFolder other;
     write(other / "wrong.gw", "# scenario s_bend\n0 advance 1 mm\nstate 2 0123456789abcdef\n4 end\n");

@@ -81,7 +81,8 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
     if (spec.patient) made.emplace_back("patient", spec.patient->text());
     std::vector<std::string> modified;
     for (const Tortuosity& t : spec.tortuosities)
-        modified.push_back(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength, t.branch));
+        modified.push_back(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength,
+                                       t.part.empty() ? t.branch : t.part));
     for (const Stenosis& s : spec.stenoses)
         modified.push_back(fmt::format("stenosis {}:{}:{}:{}", s.branch, s.at, s.length, s.percent));
     for (const Aneurysm& a : spec.aneurysms)

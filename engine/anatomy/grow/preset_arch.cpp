@@ -336,6 +336,9 @@ VesselTreeSpec whole_aorta(Variation& v) {
     const std::size_t joint = aorta.knots.size();
     aorta.knots.insert(aorta.knots.end(), abdominal.knots.begin(), abdominal.knots.end());
     aorta.name = abdominal.name;
+    aorta.parts = abdominal.parts;
+    for (BranchPart& part : aorta.parts)
+        if (part.knot > 0) part.knot += joint - 1;
     smooth_bends(aorta.knots);
     const double above = knot_arcs(aorta.knots)[joint] - left_out;
     for (BranchSpec& child : spec.branches)
@@ -372,6 +375,8 @@ VesselTreeSpec arch_with_coronary(Variation& v) {
     const Vec3 shift = lengthened * way - stem[0].place;
     for (VesselKnot& knot : stem) knot.place += shift;
     stem.insert(stem.begin(), {Vec3::Zero(), stem[0].radius});
+    for (BranchPart& part : heart.branches[0].parts)
+        if (part.knot > 0) ++part.knot;
     heart.branches[0].parent = "aorta";
     heart.branches[0].at = mouth;
     for (BranchSpec& branch : heart.branches)

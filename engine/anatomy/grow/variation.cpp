@@ -151,7 +151,12 @@ std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches,
 BranchSpec Variation::branch(const std::vector<Stretch>& stretches, const Origin& origin,
                              std::size_t anchor) {
     BranchSpec spec;
-    for (const Stretch& stretch : stretches) spec.name += (spec.name.empty() ? "" : "+") + stretch.name;
+    std::size_t knot = 0;
+    for (const Stretch& stretch : stretches) {
+        spec.name += (spec.name.empty() ? "" : "+") + stretch.name;
+        if (stretches.size() > 1) spec.parts.push_back({stretch.name, knot});
+        knot += stretch.knots.size();
+    }
     spec.parent = origin.parent;
     spec.at = place(origin.parent, origin.at) + origin.deviation * normal(spec.name + " origin");
     const std::vector<VesselKnot> mean = knots_of(stretches);

@@ -137,6 +137,14 @@ PatientWish read_patient(io::Section& section, PatientWish wish) {
     return wish;
 }
 
+void complete(io::Section& section, VesselTreeSpec& spec) {
+    try {
+        complete_branch_names(spec);
+    } catch (const io::InputError& error) {
+        section.refuse_whole(error.what());
+    }
+}
+
 /// The spec given by the section; `seed` and patient apply to the preset.
 VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed,
                          const PatientWish& wished) {
@@ -166,7 +174,7 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");
     read_modifiers(section, spec);
-    complete_branch_names(spec);
+    complete(section, spec);
     return spec;
 }
 
@@ -226,6 +234,7 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
             reading.refuse(section.find("tree")->source(), error.what());
         }
         read_modifiers(section, spec);
+        complete(section, spec);
     } else {
         spec = read_spec(section, reading, seed, {});
         if (spec.name.empty()) spec.name = name;

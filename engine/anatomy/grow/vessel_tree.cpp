@@ -106,15 +106,22 @@ SampledBranch sampled(const BranchSpec& spec, const Vec3& origin, double spacing
         branch.radii.push_back(knot.radius);
     });
     resample(branch, spacing);
+    if (!spec.parts.empty()) {
+        const std::vector<double> arcs = knot_arcs(spec.knots);
+        for (const BranchPart& part : spec.parts)
+            branch.part_starts.push_back(arcs[part.knot] / arcs.back() * branch.length());
+    }
     return branch;
 }
 
-void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
+/// Waves of a stretch of the branch.
+void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing, double from, double to) {
     const std::vector<Vec3> across = branch.across();
-    const double step = branch.step(), length = step * static_cast<double>(branch.points.size() - 1);
+    const double step = branch.step(), length = to - from;
     const Polyline straight = branch.points;
     for (int i = 0; i < static_cast<int>(straight.size()); ++i) {
-        const double arc = i * step;
+        const double arc = i * step - from;
+        if (arc < 0 || arc > length) continue;
         const double end = std::min(arc, length - arc) / std::min(tortuosity.wavelength, length / 2);
         const double fade = end >= 1 ? 1.0 : end * end * (3 - 2 * end);
         const double phase = 2 * std::numbers::pi * arc / tortuosity.wavelength;
@@ -123,6 +130,12 @@ void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
         branch.points[i] =
             straight[i] +
             tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
+    }
+    const std::vector<double> ways = geometry::ways_along(branch.points);
+    for (double& start : branch.part_starts) {
+        const double at = start / step;
+        const auto i = std::min(static_cast<std::size_t>(at), ways.size() - 2);
+        start = ways[i] + (at - static_cast<double>(i)) * (ways[i + 1] - ways[i]);
     }
     resample(branch, spacing);
 }
@@ -178,7 +191,7 @@ SampledBranch& named(VesselTree& tree, const std::string& name) {
                          [&](const SampledBranch& branch) { return branch.name == name; });
 }
 
-void add_branch(VesselTree& tree, const BranchSpec& spec) {
+void add_straight(VesselTree& tree, const BranchSpec& spec) {
     Vec3 origin = Vec3::Zero();
     int parent = -1, sample = 0;
     if (!spec.parent.empty()) {
@@ -243,7 +256,7 @@ void drop_orphans(VesselTree& tree) {
 void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
     for (const Aneurysm& aneurysm : spec.aneurysms) {
         place_on(named(tree, aneurysm.branch), aneurysm.at, "the aneurysm");
-        add_branch(tree, sac(aneurysm, named(tree, aneurysm.branch)));
+        add_straight(tree, sac(aneurysm, named(tree, aneurysm.branch)));
     }
     for (const FusiformAneurysm& aneurysm : spec.fusiform) {
         place_on(named(tree, aneurysm.branch), aneurysm.at, "the fusiform aneurysm");
@@ -256,7 +269,7 @@ void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
         refuse_branches_on(tree, static_cast<int>(&branch - tree.branches.data()), dissection.at,
                            dissection.at + dissection.length, "the dissection");
         const BranchSpec false_lumen = dissect(branch, dissection);
-        add_branch(tree, false_lumen);
+        add_straight(tree, false_lumen);
     }
     for (const Stenosis& stenosis : spec.stenoses) {
         SampledBranch& branch = named(tree, stenosis.branch);
@@ -386,29 +399,7 @@ SampledBranch extended(const SampledBranch& branch, int& before) {
     return longer;
 }
 
-void complete_branch_names(VesselTreeSpec& spec) {
-    const auto complete = [&spec](std::string& name) {
-        if (name.empty()) return;
-        const std::string* found = nullptr;
-        for (const BranchSpec& branch : spec.branches) {
-            if (branch.name == name) return;
-            if (!branch.name.ends_with("+" + name)) continue;
-            if (found) return;
-            found = &branch.name;
-        }
-        if (found) name = *found;
-    };
-    for (NamedTarget& target : spec.targets) complete(target.branch);
-    for (Tortuosity& tortuosity : spec.tortuosities) complete(tortuosity.branch);
-    for (Stenosis& stenosis : spec.stenoses) complete(stenosis.branch);
-    for (Aneurysm& aneurysm : spec.aneurysms) complete(aneurysm.branch);
-    for (FusiformAneurysm& aneurysm : spec.fusiform) complete(aneurysm.branch);
-    for (Occlusion& occlusion : spec.occlusions) complete(occlusion.branch);
-    for (Dissection& dissection : spec.dissections) complete(dissection.branch);
-}
-
-VesselTree grow(const VesselTreeSpec& spec) {
-    refuse_if_any(spec, problems(spec));
+VesselTree seedling(const VesselTreeSpec& spec) {
     VesselTree tree;
     tree.name = spec.name;
     tree.least_radius = std::numeric_limits<double>::infinity();
@@ -418,12 +409,24 @@ VesselTree grow(const VesselTreeSpec& spec) {
     }
     // A third of the radius resolves the shape; a millimetre is enough for wires.
     tree.spacing = std::clamp(tree.least_radius / 3, 0.3, 1.0);
-    for (const BranchSpec& branch : spec.branches) {
-        add_branch(tree, branch);
-        for (const Tortuosity& t : spec.tortuosities) {
-            if (t.branch.empty() || t.branch == branch.name) wave(tree.branches.back(), t, tree.spacing);
-        }
+    return tree;
+}
+
+void add_branch(VesselTree& tree, const BranchSpec& spec, const std::vector<Tortuosity>& waves) {
+    add_straight(tree, spec);
+    SampledBranch& branch = tree.branches.back();
+    for (const Tortuosity& t : waves) {
+        if (!t.branch.empty() && t.branch != spec.name) continue;
+        const auto [from, to] =
+            t.part.empty() ? std::pair(0.0, branch.length()) : *extent_of(t.part, spec, branch);
+        wave(branch, t, tree.spacing, from, to);
     }
+}
+
+VesselTree grow(const VesselTreeSpec& spec) {
+    refuse_if_any(spec, problems(spec));
+    VesselTree tree = seedling(spec);
+    for (const BranchSpec& branch : spec.branches) add_branch(tree, branch, spec.tortuosities);
     std::vector<std::string> beyond;  // what a disease cuts off is left out, and no error
     for (const NamedTarget& target : spec.targets)
         for (const SampledBranch& branch : tree.branches)

@@ -4,6 +4,8 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/anatomy/grow/disease.h"
@@ -18,6 +20,13 @@ struct VesselKnot {
     double radius;
 };
 
+/// A vessel that a branch of several in a row consists of: aorta, common iliac, external iliac. It begins at
+/// this knot of the branch and ends where the next one begins.
+struct BranchPart {
+    std::string name;
+    std::size_t knot = 0;
+};
+
 struct BranchSpec {
     std::string name;
     std::string parent;  // empty for a root; the first is one
@@ -27,7 +36,8 @@ struct BranchSpec {
     // Where it ends on another branch listed before it, as communicating arteries do; empty for an end of its
     // own. The knots are then moved, the more the nearer to that end, to arrive there.
     std::string joins = {};
-    double joins_at = 0;  // along that branch [mm]
+    double joins_at = 0;                 // along that branch [mm]
+    std::vector<BranchPart> parts = {};  // in order; empty for a branch of one vessel
 };
 
 /// Length of the centreline from the first knot to each [mm].
@@ -41,10 +51,12 @@ struct Bend {
 };
 Bend tightest_bend(const std::vector<VesselKnot>&);
 
-/// Lateral waves of a centreline, fading at both ends; `branch` is empty for all.
+/// Lateral waves of a centreline, fading at both ends; `branch` is empty for all. `part`, where it is not
+/// empty, names the parts of the branch that have them.
 struct Tortuosity {
     std::string branch;
     double amplitude = 0, wavelength = 0;  // [mm]
+    std::string part = {};
 };
 
 struct NamedTarget {
@@ -66,8 +78,19 @@ struct VesselTreeSpec {
     std::optional<Patient> patient;           // whose vessels they are, when they are a preset's
 };
 
-/// Gives every target and modifier the whole name of its branch, where that is named by the last part alone
-/// and no other ends in it: "LCIA" for "aorta+LCIA". What is not found stays as it is.
+/// A part of a branch, or several in a row, as authors name them: "LCIA", "LEIA+LCFA".
+struct PartPlace {
+    std::string name, branch;
+    double start = 0, end = 0;  // along the branch [mm]
+};
+/// The single parts of all branches that have them, as the branches are grown: without diseases, which change
+/// no place. Expects a spec without problems, whose branch names are whole.
+std::vector<PartPlace> parts_of(const VesselTreeSpec&);
+
+/// Gives everything that is placed on a part of a branch, which a name without the rest stands for where no
+/// other branch has it, the whole name of the branch and the place along that: 20 mm along "LCIA" is
+/// 172 mm along "aorta+LCIA", where the second begins at 152 mm. What is not found stays as it is, for
+/// problems() to say. Throws InputError for a place beyond the part.
 void complete_branch_names(VesselTreeSpec&);
 
 struct SampledBranch {
@@ -81,6 +104,7 @@ struct SampledBranch {
     int joined = -1, joined_sample = 0;  // it ends at this sample of that branch
     int entry = 0;     // last sample outside the joined lumen; the last of all where it joins none
     int approach = 0;  // last sample whose lumen is well clear of the joined one's; likewise
+    std::vector<double> part_starts;  // of the spec's parts, along the branch [mm]
 
     double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
     int sample_at(double arc) const;           // the sample nearest to this distance from the start [mm]
@@ -118,6 +142,16 @@ std::vector<std::string> problems(const VesselTreeSpec&);
 /// through one another. Empty when it is fine.
 std::vector<std::string> problems(const VesselTree&);
 
+/// Where parts of the branch lie on it, one or several in a row, "LCIA" or "LEIA+LCFA" [mm]; empty for other
+/// names.
+std::optional<std::pair<double, double>> extent_of(std::string_view part, const BranchSpec&,
+                                                   const SampledBranch&);
+
+/// A tree without branches, with the spacing that those of the spec ask for.
+VesselTree seedling(const VesselTreeSpec&);
+/// Samples one of them, with its waves, onto what it starts from and ends on. Throws InputError for a place
+/// that is not on these.
+void add_branch(VesselTree&, const BranchSpec&, const std::vector<Tortuosity>&);
 /// Samples the branches and applies the modifiers. Throws InputError with the problems of spec or tree.
 VesselTree grow(const VesselTreeSpec&);
 

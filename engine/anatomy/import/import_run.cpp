@@ -22,7 +22,8 @@ std::string lines_of(const std::vector<Check>& checks) {
     return text;
 }
 
-std::string report_of(const ImportedLumen& imported, const std::filesystem::path& file) {
+std::string report_of(const ImportedLumen& imported, const std::filesystem::path& file,
+                      const std::string& scenario) {
     std::string text;
     for (const Finding& finding : imported.findings) text += text_of(finding) + "\n";
     text += "\n" + lines_of(imported.checks);
@@ -44,8 +45,16 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
                             end.role == EndRole::Inlet ? ", inlet" : "");
     }
     text += "\n" + organs_text(anatomy);
-    return text + fmt::format("\n{}: names may be edited. A scenario to begin with:\n\n{}", file.string(),
-                              first_scenario(anatomy, file));
+    return text + fmt::format("\n{}: names may be edited. A scenario to begin with:\n\n", file.string()) +
+           scenario;
+}
+
+/// How a scenario in that file names another, so that both can be moved together; one that is printed alone
+/// names it wherever it is saved.
+std::filesystem::path named_from(const std::filesystem::path& scenario, const std::filesystem::path& file) {
+    namespace fs = std::filesystem;
+    if (scenario.empty()) return fs::absolute(file).lexically_normal();
+    return fs::relative(file, fs::absolute(scenario).parent_path());
 }
 
 /// As it would be typed again.
@@ -118,9 +127,9 @@ ImportOutcome run_import(const ImportRequest& request) {
             {Finding::Kind::Noted, place_in_part(imported.anatomy, request.body, request.landmark)});
     ImportOutcome outcome;
     outcome.file = write_anatomy(imported.anatomy, request.out, provenance_of(request));
-    outcome.report = report_of(imported, outcome.file);
-    if (!request.scenario.empty())
-        io::write_whole(request.scenario, first_scenario(imported.anatomy, outcome.file));
+    const std::string scenario = first_scenario(imported.anatomy, named_from(request.scenario, outcome.file));
+    outcome.report = report_of(imported, outcome.file, scenario);
+    if (!request.scenario.empty()) io::write_whole(request.scenario, scenario);
     return outcome;
 }
 

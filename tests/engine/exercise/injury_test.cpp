@@ -39,7 +39,7 @@ pixels = 256
 detector_width_mm = 150
 )";
 
-const char* const with_catheter = R"([catheter]
+const char* const catheter_section = R"([catheter]
 device = "vertebral5f"
 inserted_mm = 95.0
 )";
@@ -143,7 +143,7 @@ TEST(Injury, AWireThatIsPushedOnDissectsAndThenPerforatesOnceAtTheEnd) {
 }
 
 TEST(Injury, AreOfTheDeviceThatLeadsAndOfItsDiameter) {
-    Exercise exercise(blind(with_catheter), false);
+    Exercise exercise(blind(catheter_section), false);
     const Simulation& simulation = exercise.simulation();
     // Over the wire, which is then drawn back into it, to the end of the vessel.
     for (int frame = 0; frame < 20; ++frame)
@@ -182,7 +182,7 @@ TEST(Injury, PastAnOpenEndTheWallIsThatOfTheNarrowingVessel) {
 
 /// Every event is of a force above the threshold, and every rest above it belongs to an event.
 TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
-    const std::string variants[] = {"", "[wall]\nfriction = 0\n", "[tissue]\n", with_catheter};
+    const std::string variants[] = {"", "[wall]\nfriction = 0\n", "[tissue]\n", catheter_section};
     int events = 0, over = 0, frames = 0, of_catheters = 0;
     for (std::uint32_t seed = 1; seed <= 12; ++seed) {
         std::mt19937 random(seed);

@@ -140,7 +140,7 @@ TEST_F(GripSeam, WhatBowsTheShaftAtAHundredMillimetresGoesInAtThirty) {
               near_story->score.buckled_frames == 0);
 
     debrief::CourseOptions course;
-    course.scenario = [](const std::string&) { return rubbing(); };
+    course.scenario = [](const script::CommandScript&) { return rubbing(); };
     course.jobs = 1;
     const std::array files = {far, near};
     const auto rows = debrief::course_of(files, course);

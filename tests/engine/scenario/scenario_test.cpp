@@ -250,11 +250,4 @@ TEST(Scenario, WhatMakesNoScenarioIsRefused) {
     }
 }
 
-TEST(Scenario, IsFoundByPathOrByNameAndElseTheNamesAreTold) {
-    const auto folder = test::asset("scenarios");
-    EXPECT_EQ(find_scenario("s_bend", folder), folder / "s_bend.toml");
-    EXPECT_EQ(find_scenario((folder / "s_bend.toml").string(), folder), folder / "s_bend.toml");
-    test::expect_refusal([&] { find_scenario("s_bent", folder); }, "is 's_bend' meant?");
-}
-
 }  // namespace scenario

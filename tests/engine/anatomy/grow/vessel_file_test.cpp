@@ -57,25 +57,6 @@ TEST(VesselFile, ModifiesAPreset) {
     EXPECT_EQ(spec.stenoses[0].branch, "LCX");
 }
 
-TEST(VesselFile, ABranchMayBeNamedByItsLastPart) {
-    const auto with = [](const std::string& branch) {
-        return parse_vessel_file("schema = 1\npreset = \"iliac-renal\"\n[[stenosis]]\nbranch = \"" + branch +
-                                     "\"\nat_mm = 100\nlength_mm = 10\npercent = 30\n",
-                                 "vessels/x.toml")
-            .stenoses.at(0)
-            .branch;
-    };
-    EXPECT_EQ(with("LCFA"), "aorta+LCIA+LEIA+LCFA");
-    EXPECT_EQ(with("LRA"), "LRA");
-    test::expect_refusal([&] { with("CFA"); }, "branches are:");  // no part of its own
-    VesselTreeSpec spec;
-    for (const char* name : {"a+c", "b+c", "b+d"}) spec.branches.push_back({name, {}, 0, {}, false});
-    spec.targets = {{"one", "c", 0}, {"two", "d", 0}};
-    complete_branch_names(spec);
-    EXPECT_EQ(spec.targets[0].branch, "c");  // of two
-    EXPECT_EQ(spec.targets[1].branch, "b+d");
-}
-
 TEST(VesselFile, TellsWhatIsWrongAndWhere) {
     test::expect_said(refusal_of("schema = 1", "schema = "), "vessels/x.toml:1:");
     test::expect_said(refusal_of("at_mm = 12", "at_mm = \"far\""), "x.toml:8:9: [branch 2] at_mm = ");
