@@ -164,6 +164,7 @@ void Play::draw_end() {
     if (left >= u(120)) draw_image({0, 0, left, height});
     ImGui::SetNextWindowPos(ImVec2(left, 0));
     ImGui::SetNextWindowSize(ImVec2(width - left, height));
+    ImGui::SetNextWindowBgAlpha(0.97f);
     ImGui::Begin("end", nullptr, bare);
     const exercise::Score& score = view_->score;
     if (shows_solution_ || is_replay_)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <imgui.h>
 #include <vector>
 
 #include "app/play/theme.h"

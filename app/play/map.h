@@ -1,11 +1,11 @@
 #pragma once
 /// The way to the target: the vessels as the scenario's view shows them, the start, the way, the target.
 
-#include <imgui.h>
-
 #include "engine/anatomy/anatomy.h"
 #include "render/panel/canvas.h"
 #include "render/xray/c_arm.h"
+
+struct ImDrawList;
 
 namespace app {
 

@@ -41,6 +41,8 @@ void Play::draw_learner() {
     ImGui::Separator();
     const auto goes_on_as = [&](const std::string& name) {
         set_learner(name);
+        typed_.fill(0);
+        typed_problem_.clear();
         screen_ = Screen::Chooser;
     };
     const ImVec2 wide(-1, 0);
@@ -58,17 +60,17 @@ void Play::draw_learner() {
         }
         ImGui::EndChild();
     }
-    if (appears && names.empty()) ImGui::SetKeyboardFocusHere();
     if (ImGui::Button("Guest", wide)) goes_on_as("");
     ImGui::Dummy(ImVec2(0, u(6)));
-    text(palette::label, "Another name:");
+    text(palette::label, names.empty() ? "Your name; without one you are a guest:" : "Another name:");
     ImGui::SetNextItemWidth(-u(90));
+    if (appears && names.empty()) ImGui::SetKeyboardFocusHere();
     const bool entered =
         ImGui::InputText("##name", typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
     ImGui::SameLine();
     if (ImGui::Button("Begin", wide) || entered) {
         const std::string name = typed_.data();
-        if (script::is_learner(name))
+        if (name.empty() || script::is_learner(name))
             goes_on_as(name);
         else
             typed_problem_ = fmt::format("expected a name of 1 to {} letters, found '{}'",

@@ -380,6 +380,7 @@ void Play::pass_on(const Events& events) {
         session_->give(input, asked);
         return;
     }
+    if (ImGui::GetIO().WantTextInput) return;  // a name is being typed
     for (const room::Key key : events.pressed)
         for (const Action action : {Action::Help, Action::Menu}) {
             const auto& keys = map.keys[static_cast<int>(action)];

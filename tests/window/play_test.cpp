@@ -203,83 +203,102 @@ TEST(Play, SigtermClosesTheWindowAndTheRecordingReplays) {
     EXPECT_EQ(again.code, 1) << again.error;  // the target was not reached; not 3: all states agree
 }
 
-/// From the trainee's first key to the teacher's page, with nothing supplied in between.
-TEST(Play, AttemptsByKeysFromTheChooserAreScoredReplayedDebriefedAndCounted) {
-    Room room(1280, 800, {"--learner", "Ada"});
-    const std::filesystem::path kept = room.folder / "data/seldinger/recordings/Ada",
-                                results = room.folder / "data/seldinger/results.json";
-    const auto attempt = [&](const std::string& exercise, int number) {
+/// From the trainees' first keys to the teacher's page, with nothing supplied in between: two learners say who
+/// they are, go from exercise to exercise, and end in the course.
+TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
+    Room room(1280, 800, {});
+    const std::filesystem::path kept = room.folder / "data/seldinger/recordings";
+    const auto attempt = [&](const std::string& learner, const std::string& exercise, int number) {
+        const std::filesystem::path results = kept / learner / "results.json";
         const std::string before = read(results);
+        ASSERT_TRUE(room.reaches(exercise + " - ready"));
+        room.picture(fmt::format("briefing-{}", exercise));
         ASSERT_TRUE(room.start());
         room.display.key("space", true);
         room.display.key("Up", true);
-        ASSERT_TRUE(room.records(kept / fmt::format("{}-{:03}.gw", exercise, number), " advance "));
+        ASSERT_TRUE(room.records(kept / learner / fmt::format("{}-{:03}.gw", exercise, number), " advance "));
         room.display.key("Up", false);
         room.display.key("space", false);
         ASSERT_TRUE(room.finish());
         ASSERT_TRUE(room.comes("the result", [&] { return read(results) != before; }));
         ASSERT_TRUE(room.comes("the last page",
                                [&] { return columns_of(room.display.screenshot(), button_ink).first >= 0; }));
+        room.picture(fmt::format("end-{}", exercise));
         // Marks "Again".
         ASSERT_TRUE(room.tap_until("Down", "a mark", [&] { return room.marked().first >= 0; }));
     };
-    // From the card that is in focus over its buttons to the first button of the next card.
-    constexpr int to_next_card = 3;
+    const auto types = [&](const std::vector<std::string>& letters) {
+        for (const std::string& letter : letters) room.display.tap(letter);
+    };
+    // Nobody is kept yet: the cursor stands in the field for a name.
+    ASSERT_TRUE(room.reaches("learner"));
+    sleep_for(1);
+    types({"a", "d", "a"});
+    ASSERT_TRUE(room.tap_out_of("learner", "Return"));
     ASSERT_TRUE(room.reaches("choose"));
-    for (const char* exercise : {"s_bend", "straight"}) {
-        for (int k = 0; k < to_next_card; ++k) ASSERT_TRUE(room.mark_next("Right"));
-        room.picture(fmt::format("chooser-{}", exercise));
-        ASSERT_TRUE(room.tap_out_of("choose", "space"));
-        ASSERT_TRUE(room.reaches(exercise));
-        ASSERT_NO_FATAL_FAILURE(attempt(exercise, 1));
-        room.picture(fmt::format("end-{}", exercise));
-        ASSERT_TRUE(room.tap_out_of("ended", "space"));
-        ASSERT_NO_FATAL_FAILURE(attempt(exercise, 2));
-        for (int k = 0; k < 3; ++k) ASSERT_TRUE(room.mark_next("Right"));  // "Other exercises"
-        const auto end_page = room.marked();
-        ASSERT_TRUE(room.tap_out_of("ended", "space"));
-        ASSERT_TRUE(room.reaches("choose"));
-        ASSERT_TRUE(room.comes("the chooser", [&] { return room.marked() != end_page; }));
+    room.picture("chooser");
+    ASSERT_TRUE(room.tap_out_of("choose", "Return"));  // the next one for her, which is in focus
+    ASSERT_NO_FATAL_FAILURE(attempt("ada", "straight", 1));
+    ASSERT_TRUE(room.tap_out_of("ended", "Return"));  // "Again"
+    ASSERT_NO_FATAL_FAILURE(attempt("ada", "straight", 2));
+    for (const char* exercise : {"s_bend", "iliac_aorta"}) {
+        ASSERT_TRUE(room.mark_next("Right"));  // "Next exercise"
+        ASSERT_TRUE(room.tap_out_of("ended", "Return"));
+        ASSERT_NO_FATAL_FAILURE(attempt("ada", exercise, 1));
     }
+    for (int k = 0; k < 3; ++k) ASSERT_TRUE(room.mark_next("Right"));  // "Other exercises"
+    const auto end_page = room.marked();
+    ASSERT_TRUE(room.tap_out_of("ended", "Return"));
+    ASSERT_TRUE(room.reaches("choose"));
+    ASSERT_TRUE(room.comes("the chooser", [&] { return room.marked() != end_page; }));
+    ASSERT_TRUE(room.mark_next("Right"));  // "Another learner"
+    ASSERT_TRUE(room.tap_out_of("choose", "Return"));
+    ASSERT_TRUE(room.reaches("learner"));
+    room.picture("learner");
+    ASSERT_TRUE(room.comes("the second learner", [&] {
+        for (int k = 0; k < 2; ++k) room.mark_next("Down");  // "Guest", then the field
+        types({"Return", "b", "e", "n", "Return"});
+        return wait_until([&] { return room.display.find("choose"); }, 3);
+    }));
+    ASSERT_TRUE(room.tap_out_of("choose", "Return"));
+    ASSERT_NO_FATAL_FAILURE(attempt("ben", "straight", 1));
     EXPECT_EQ(room.close().code, 0);
 
     std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(kept))
-        names.insert(entry.path().filename().string());
-    EXPECT_EQ(names, (std::set<std::string>{"s_bend-001.gw", "s_bend-002.gw", "straight-001.gw",
-                                            "straight-002.gw"}));
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(kept))
+        if (entry.path().extension() == ".gw")
+            names.insert(entry.path().lexically_relative(kept).string());
+    EXPECT_EQ(names, (std::set<std::string>{"ada/iliac_aorta-001.gw", "ada/s_bend-001.gw", "ada/straight-001.gw",
+                                            "ada/straight-002.gw", "ben/straight-001.gw"}));
 
-    // No further argument: vessels of these two are made in no time.
-    setenv("XDG_CACHE_HOME", (room.folder / "cache").c_str(), 1);
-    const Outcome course = run(room.folder, {"course", kept});
-    EXPECT_EQ(course.code, 0) << course.error;
-    expect_said(course.out, "4 recordings, 4 attempts:");
-    expect_said(read(kept / "course.csv"), "Ada,straight,");
-    const Outcome debrief = run(room.folder, {"debrief", kept});
-    EXPECT_EQ(debrief.code, 0) << debrief.error;
-    for (const char* page : {"debrief-s_bend.html", "debrief-straight.html"})
-        EXPECT_NE(read(kept / page).find("Ada"), std::string::npos) << page;
-    const Outcome score = run(room.folder, {"score", kept});
-    EXPECT_EQ(score.code, 0) << score.error;
-    expect_said(score.out, "by Ada");
-    const Outcome replayed = run(room.folder, {"replay", kept});
-    EXPECT_EQ(replayed.code, 0) << replayed.error;
+    const std::string cache = std::string(SELDINGER_SOURCE) + "/build/cache";
+    const auto of = [&](const char* verb) {
+        const Outcome outcome = run(room.folder, {verb, kept, "--cache", cache});
+        EXPECT_EQ(outcome.code, 0) << verb << ": " << outcome.error;
+        return outcome.out;
+    };
+    expect_said(of("course"), "5 recordings, 5 attempts:");
+    for (const char* row : {"ada,straight,", "ada,s_bend,", "ada,iliac_aorta,", "ben,straight,"})
+        expect_said(read(kept / "course.csv"), row);
+    const std::string made = of("debrief");
+    EXPECT_EQ(std::count(made.begin(), made.end(), '\n'), 4) << made;
+    expect_said(of("score"), "by ada");
+    const std::string replayed = of("replay");
     std::size_t equal = 0;
-    for (std::size_t at = replayed.out.find("all equal"); at != std::string::npos;
-         at = replayed.out.find("all equal", at + 1))
+    for (std::size_t at = replayed.find("all equal"); at != std::string::npos;
+         at = replayed.find("all equal", at + 1))
         ++equal;
-    EXPECT_EQ(equal, 4u) << replayed.out;
+    EXPECT_EQ(equal, 5u) << replayed;
 
-    Room shown(900, 700, {"--replay", kept.string()});
+    Room shown(900, 700, {"--replay", (kept / "ada").string()});
     for (int k = 0; k < 4; ++k) {
         ASSERT_TRUE(shown.reaches("ended"));
         sleep_for(0.5);
         shown.picture(fmt::format("replay-{}", k + 1));
         if (k == 3) break;
-        ASSERT_TRUE(shown.tap_out_of("ended", "space"));  // "Next recording", which is in focus
+        ASSERT_TRUE(shown.tap_out_of("ended", "Return"));  // "Next recording", which is in focus
     }
     EXPECT_EQ(shown.close().code, 0);
-    unsetenv("XDG_CACHE_HOME");
 }
 
 TEST(Play, WhereThereIsNoDisplayItSaysSo) {
