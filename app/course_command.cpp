@@ -39,7 +39,7 @@ int course(const CourseArguments& arguments) {
     for (const char* name : {"course.csv", "course.html"}) io::require_writable(out / name);
     debrief::CourseOptions options;
     options.scenario = [&](const script::CommandScript& recording) {
-        return scenario::load_scenario(folders.of_recording(recording, catalogue()).file, catalogue());
+        return load_exercise(folders.of_recording(recording, catalogue()).file);
     };
     options.cache.folder = usual_cache(arguments.cache);
     options.program_hash = io::hash_text(origin().program_hash);

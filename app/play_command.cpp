@@ -57,8 +57,9 @@ Exercise exercise_of(LoadedExercise loaded) {
 }
 
 /// A page about the attempt beside its recording, with the learning curve of those before it.
-std::filesystem::path debriefing_of(const std::filesystem::path& recording, const scenario::Scenario& scenario,
-                                    const std::filesystem::path& cache, const std::atomic<bool>& stop) {
+std::filesystem::path debriefing_of(const std::filesystem::path& recording,
+                                    const scenario::Scenario& scenario, const std::filesystem::path& cache,
+                                    const std::atomic<bool>& stop) {
     debrief::StoryOptions options;
     options.cache.folder = cache;
     options.interrupted = [&stop] { return stop.load(); };
@@ -72,7 +73,8 @@ std::filesystem::path debriefing_of(const std::filesystem::path& recording, cons
             entry.path().filename() < recording.filename())
             before.push_back(entry.path());
     std::sort(before.begin(), before.end());
-    before.erase(before.begin(), before.end() - static_cast<std::ptrdiff_t>(std::min(most_before, before.size())));
+    before.erase(before.begin(),
+                 before.end() - static_cast<std::ptrdiff_t>(std::min(most_before, before.size())));
     before.push_back(recording);
     for (const std::filesystem::path& file : before) {
         options.images = file == recording;
@@ -96,11 +98,16 @@ void show_page(const std::filesystem::path& page) {
     constexpr const char* script =
         "command -v xdg-open >/dev/null || exit 9; xdg-open \"$1\" >/dev/null 2>&1 </dev/null &";
     std::string file = std::filesystem::absolute(page).string();
-    std::array<char*, 6> words = {const_cast<char*>("sh"), const_cast<char*>("-c"), const_cast<char*>(script),
-                                  const_cast<char*>("sh"), file.data(), nullptr};
+    std::array<char*, 6> words = {const_cast<char*>("sh"),
+                                  const_cast<char*>("-c"),
+                                  const_cast<char*>(script),
+                                  const_cast<char*>("sh"),
+                                  file.data(),
+                                  nullptr};
     pid_t child = -1;
     int status = -1;
-    if (::posix_spawnp(&child, "sh", nullptr, nullptr, words.data(), environ) == 0) ::waitpid(child, &status, 0);
+    if (::posix_spawnp(&child, "sh", nullptr, nullptr, words.data(), environ) == 0)
+        ::waitpid(child, &status, 0);
     if (status != 0)
         throw io::InputError("expected xdg-open to open a browser, found none: open the page in any browser");
 }
@@ -158,8 +165,7 @@ int play(const PlayArguments& arguments) {
         std::error_code ignored;
         for (std::size_t k = 0; k < options.exercises.size(); ++k)
             if (std::filesystem::equivalent(file, options.exercises[k].file, ignored)) return k;
-        options.exercises.push_back(
-            exercise_of({folders.of(file), scenario::load_scenario(file, catalogue())}));
+        options.exercises.push_back(exercise_of({folders.of(file), load_exercise(file)}));
         return options.exercises.size() - 1;
     };
     if (!arguments.replay.empty()) {

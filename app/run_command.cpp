@@ -39,8 +39,7 @@ struct RunArguments {
 
 int run_scenario(const RunArguments& arguments) {
     const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
-    const scenario::Scenario scenario =
-        scenario::load_scenario(files.file, catalogue(), overrides_of(arguments.set));
+    const scenario::Scenario scenario = load_exercise(files.file, arguments.set);
     std::optional<std::string> typed;
     if (arguments.commands == "-") {
         typed = std::string(std::istreambuf_iterator<char>(std::cin), {});

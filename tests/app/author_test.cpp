@@ -91,7 +91,9 @@ TEST_F(Author, FromNewThroughARecordingToTheClassWithNothingInBetween) {
     succeeded(with({"debrief", "class/ada/run.gw", "--out", "page", "--no-pictures"}, cache, own));
     const Outcome course = succeeded(with({"course", "class", "--out", "course"}, cache, own));
     test::expect_said(course.out, "1 recordings, 1 attempts: ");
-    test::expect_said(read(folder / "course/course.csv"), "\nAda,mine,1,1,");
+    const std::string csv = read(folder / "course/course.csv"), row = "\nAda,mine,1,1,class/ada/run.gw,1,";
+    test::expect_said(csv, row);
+    EXPECT_NE(csv[csv.find(row) + row.size()], ',') << "no points";
 
     // Without a word a recording in the exercise's own folder knows it; one elsewhere says what is accepted.
     expect_refused(run(with({"score", "class/ada/run.gw"}, cache)),

@@ -165,6 +165,30 @@ TEST(Play, AnExerciseOfOnesOwnIsInTheChooserAndShowsItsSolution) {
     EXPECT_EQ(room.close().code, 0);
 }
 
+/// What a key held down leaves, a line a frame, is a solution that its author's next command makes.
+TEST(Play, AnAttemptByKeysBecomesASolution) {
+    TemporaryFolder own;
+    write(own / "aaa.toml", replaced(small_toml, "radius_mm = 3.0", "radius_mm = 10.0"));
+    Room room(900, 700, {"aaa", "--exercises", own.path().string(), "--record", "@run.gw"});
+    ASSERT_TRUE(room.start());
+    room.display.key("Up", true);
+    ASSERT_TRUE(room.comes(
+        "the target", [&] { return room.display.find("ended") || advanced(room.folder / "run.gw") > 75; }));
+    room.display.key("Up", false);
+    room.display.tap("End");
+    ASSERT_TRUE(room.reaches("ended"));
+    EXPECT_EQ(room.close().code, 0);
+    const Outcome made = run(
+        room.folder, {"author", "aaa", "--exercises", own.path().string(), "--from", room.folder / "run.gw"});
+    EXPECT_LE(made.code, 1) << made.error;  // it may forgive less than 5 %
+    const script::CommandScript hand = script::load_commands(room.folder / "run.gw"),
+                                solution = script::load_commands(own / "aaa.gw");
+    EXPECT_EQ(solution.end, hand.end);
+    EXPECT_NEAR(advanced(own / "aaa.gw"), advanced(room.folder / "run.gw"), 1e-3);
+    const std::string text = read(own / "aaa.gw"), all = read(room.folder / "run.gw");
+    EXPECT_LT(std::ranges::count(text, '\n'), std::ranges::count(all, '\n') / 2) << text;
+}
+
 TEST(Play, ARecordingThatDiffersIsToldByTheExitCode) {
     TemporaryFolder other;
     write(other / "wrong.gw", "# scenario s_bend\n0 advance 1 mm\nstate 2 0123456789abcdef\n4 end\n");

@@ -28,12 +28,12 @@ Course course_of(const CommandScript& script) {
         const auto add = [&](const char* what, script::Held held, double amount) {
             course.sums[std::string(what) + std::string(script::name_of(held))] += amount;
         };
-        if (const auto* c = std::get_if<script::Advance>(&timed.command))
-            add("advance ", c->held, c->length);
-        else if (const auto* c = std::get_if<script::Withdraw>(&timed.command))
-            add("withdraw ", c->held, c->length);
-        else if (const auto* c = std::get_if<script::Rotate>(&timed.command))
-            add(c->angle < 0 ? "right " : "left ", c->held, std::abs(c->angle) / geometry::degree);
+        if (const auto* push = std::get_if<script::Advance>(&timed.command))
+            add("advance ", push->held, push->length);
+        else if (const auto* pull = std::get_if<script::Withdraw>(&timed.command))
+            add("withdraw ", pull->held, pull->length);
+        else if (const auto* turn = std::get_if<script::Rotate>(&timed.command))
+            add(turn->angle < 0 ? "right " : "left ", turn->held, std::abs(turn->angle) / geometry::degree);
         else
             course.others.push_back(std::to_string(timed.frame) + " " + script::to_text(timed.command));
     }

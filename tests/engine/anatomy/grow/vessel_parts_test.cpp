@@ -165,11 +165,12 @@ TEST(VesselParts, RandomPlacesLieWhereTheGeometrySaysTheyDo) {
                 const auto known = std::ranges::find(branch.parts, part.name, &BranchPart::name);
                 const geometry::Vec3 origin =
                     on.parent < 0 ? geometry::Vec3(geometry::Vec3::Zero()) : on.points.front();
-                if (branch.joins.empty())
+                if (branch.joins.empty()) {
                     EXPECT_LT((on.points[on.sample_at(part.start)] - origin - branch.knots[known->knot].place)
                                   .norm(),
                               tree.spacing + 2 * amplitude)
                         << part.name;
+                }
                 // Of two parts of one name neither has a name of its own.
                 if (std::ranges::count(parts, part.name, &PartPlace::name) > 1) continue;
                 if (std::ranges::count(spec.branches, part.name, &BranchSpec::name) > 0) continue;
