@@ -7,7 +7,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "engine/debrief/page_text.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/csv.h"
 #include "engine/io/depth.h"
@@ -29,22 +28,28 @@ struct nlohmann::adl_serializer<std::optional<double>> {
 namespace debrief {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CourseRow, exercise, level, problem, reached, points, time, beam, contrast,
-                                   travel, force, wrong_entries, errors)
+                                   travel, force, wrong_entries, errors, title, air_kerma, area_product,
+                                   angiograms, costs, blind)
 
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr const char* nobody = "(no name)";
-
 CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenario) {
     CourseRow row;
     row.exercise = scenario.name;
     row.level = scenario.lesson.level;
     row.reached = score.completed;
-    if (scenario.lesson.benchmark.given())
-        row.points = exercise::grade(score, scenario.lesson.benchmark).points;
+    row.title = scenario.title;
+    if (scenario.lesson.benchmark.given()) {
+        const exercise::Grade grade = exercise::grade(score, scenario.lesson.benchmark);
+        row.points = grade.points;
+        for (const exercise::GradeLine& line : grade.lines) {
+            row.costs.push_back(line.cost);
+            row.blind = row.blind || line.unseen;
+        }
+    }
     row.time = score.completed_after;
     row.beam = score.beam_on_time;
     row.contrast = score.contrast;
@@ -52,6 +57,9 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.force = score.peak_wall_force;
     row.wrong_entries = score.wrong_entries();
     row.errors = exercise::counts(score.mishaps);
+    row.air_kerma = score.air_kerma;
+    row.area_product = score.area_product;
+    row.angiograms = score.angiograms;
     return row;
 }
 
@@ -86,6 +94,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         row.exercise = recording.origin->scenario;
         const scenario::Scenario scenario = options.scenario(recording);
         row.level = scenario.lesson.level;
+        row.title = scenario.title;
         const fs::path kept = kept_at(text, scenario, options);
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
@@ -93,7 +102,11 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
                 const std::string figures = io::read_text(kept, "score", "its own is accepted");
                 io::check_json_depth(figures, kept.string());
                 const Json json = Json::parse(figures, nullptr, false);
-                for (const Json& one : json) rows.push_back(one.get<CourseRow>());
+                for (const Json& one : json) {
+                    rows.push_back(one.get<CourseRow>());
+                    if (!rows.back().costs.empty() && rows.back().costs.size() != exercise::measures().size())
+                        throw io::InputError("figures of another version");
+                }
             } catch (const std::exception&) {
                 rows.clear();  // computed again
             }
@@ -110,7 +123,11 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
             rows.push_back(row_of(result.score, scenario));
             if (!result.differences.empty()) {
                 rows.assign(1, row);
-                rows[0].problem = "it does not lead to the states it states: " + result.differences.front();
+                rows[0].problem =
+                    "it was changed after it was recorded, or made by another version of the program: it "
+                    "does "
+                    "not lead to the states it states (" +
+                    result.differences.front() + ")";
             }
             if (!kept.empty()) {
                 Json json = Json::array();
@@ -127,29 +144,17 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         row.problem = error.what();
         rows.assign(1, row);
     }
+    std::error_code failed;
+    const fs::file_time_type written = fs::last_write_time(file, failed);
     for (CourseRow& one : rows) {
         one.file = file.string();
         one.learner = learner;
+        if (!failed)
+            one.day = day_of(std::chrono::time_point_cast<std::chrono::system_clock::duration>(
+                std::chrono::file_clock::to_sys(written)));
     }
     return rows;
 }
-
-std::string number(const std::optional<double>& value, int digits) {
-    return value ? fmt::format("{:.{}f}", *value, digits) : std::string("&ndash;");
-}
-
-/// What one learner has made of one exercise.
-struct Cell {
-    int attempts = 0, reached = 0;
-    std::optional<double> best, last, best_time;  // points, points, [s]
-    void add(const CourseRow& row) {
-        ++attempts;
-        reached += row.reached;
-        last = row.points;
-        if (row.points) best = std::max(best.value_or(0), *row.points);
-        if (row.time) best_time = std::min(best_time.value_or(*row.time), *row.time);
-    }
-};
 
 }  // namespace
 
@@ -185,12 +190,35 @@ std::optional<std::vector<CourseRow>> course_of(std::span<const fs::path> files,
     return all;
 }
 
-std::string course_csv(std::span<const CourseRow> rows) {
+fs::path debriefing_page(const fs::path& recording, const fs::path& folder, const fs::path& out) {
+    std::error_code ignored;
+    // course.html is the course's own.
+    const char* ending = recording.stem() == "course" ? ".gw.html" : ".html";
+    const fs::path beside = fs::path(recording).replace_extension(ending);
+    if (fs::is_regular_file(beside, ignored)) return beside;
+    return (out / recording.lexically_relative(folder)).replace_extension(ending);
+}
+
+std::string link_to(const fs::path& file, const fs::path& folder) {
+    std::string link;
+    for (const char c : fs::absolute(file)
+                            .lexically_normal()
+                            .lexically_relative(fs::absolute(folder).lexically_normal())
+                            .generic_string()) {
+        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                           std::string_view("-._~/").find(c) != std::string_view::npos;
+        link += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+    return link;
+}
+
+std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) {
     std::string text =
         "learner,exercise,level,attempt,file,reached,points,time_s,beam_s,contrast_ml,travel_mm,peak_force_N,"
         "wrong_entries,errors";
     for (const char* id : exercise::mishap_ids) text += std::string(",") + id;
-    text += ",problem\n";
+    text +=
+        ",problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,debriefing\n";
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     for (const CourseRow& row : rows) {
         const bool counts = row.problem.empty();
@@ -211,95 +239,14 @@ std::string course_csv(std::span<const CourseRow> rows) {
                                           figure(row.all_errors())};
         for (const int count : row.errors) cells.push_back(figure(count));
         cells.push_back(row.problem);
+        const PlannedExercise* asked = plan.find(row.exercise);
+        const double pass = asked ? asked->pass : plan.pass;
+        cells.insert(cells.end(), {row.title, row.day ? day_text(*row.day) : "", row.air_kerma.value_or(none),
+                                   row.area_product.value_or(none), figure(row.angiograms), pass,
+                                   figure(row.passes(pass)), row.debriefing});
         io::append_row(text, cells);
     }
     return io::as_utf8(text);
-}
-
-std::string course_page(std::span<const CourseRow> rows, const std::string& title) {
-    std::map<std::pair<int, std::string>, int> exercises;  // by level and name: attempts
-    std::map<std::string, std::map<std::string, Cell>> cells;
-    std::map<std::string, std::array<int, exercise::mishap_kinds>> errors;
-    std::map<std::string, int> attempts, wrong;
-    std::size_t bad = 0;
-    for (const CourseRow& row : rows) {
-        if (!row.problem.empty()) {
-            ++bad;
-            continue;
-        }
-        const std::string learner = row.learner.empty() ? nobody : row.learner;
-        ++exercises[{row.level, row.exercise}];
-        cells[learner][row.exercise].add(row);
-        auto& kinds = errors[learner];
-        for (std::size_t k = 0; k < kinds.size(); ++k) kinds[k] += row.errors[k];
-        ++attempts[learner];
-        wrong[learner] += row.wrong_entries;
-    }
-    std::string text = fmt::format(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-        "<meta name=\"viewport\" content=\"width=device-width\">"
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-        "'unsafe-inline'\">"
-        "<title>Course: {0}</title><style>{1}.wide{{overflow-x:auto}}td "
-        "small{{color:var(--soft);display:block}}"
-        "</style></head><body>\n<header><h1>Course: {0}</h1><p class=\"about\">{2} learners, {3} exercises, "
-        "{4} "
-        "attempts{5}</p></header>",
-        io::html_escaped(title), page_style, cells.size(), exercises.size(), rows.size() - bad,
-        bad > 0 ? fmt::format(", {} that do not count", bad) : "");
-    text +=
-        "<h2>Learners and exercises</h2><p class=\"about\">Best points, below them the last attempt's, how "
-        "many of "
-        "the attempts reached the target, and the shortest time.</p><div "
-        "class=\"wide\"><table><thead><tr><th></th>";
-    for (const auto& [key, count] : exercises)
-        text += fmt::format("<th>{}{}</th>", io::html_escaped(key.second),
-                            key.first > 0 ? fmt::format("<br><small>level {}</small>", key.first) : "");
-    text += "</tr></thead><tbody>";
-    for (const auto& [learner, of] : cells) {
-        text += fmt::format("<tr><td>{}</td>", io::html_escaped(learner));
-        for (const auto& [key, count] : exercises) {
-            const auto cell = of.find(key.second);
-            if (cell == of.end()) {
-                text += "<td>&ndash;</td>";
-                continue;
-            }
-            const Cell& c = cell->second;
-            text += fmt::format("<td class=\"{}\">{}<small>last {}, {} of {}{}</small></td>",
-                                c.reached == 0             ? "worse"
-                                : c.best.value_or(0) >= 80 ? "better"
-                                                           : "",
-                                number(c.best, 0), number(c.last, 0), c.reached, c.attempts,
-                                c.best_time ? fmt::format(", {:.1f} s", *c.best_time) : "");
-        }
-        text += "</tr>";
-    }
-    text +=
-        "</tbody></table></div><h2>Errors of handling per attempt</h2><div "
-        "class=\"wide\"><table><thead><tr><th></th>"
-        "<th>attempts</th>";
-    for (std::string what : exercise::mishap_ids) {
-        std::replace(what.begin(), what.end(), '_', ' ');
-        text += fmt::format("<th>{}</th>", what);
-    }
-    text += "<th>wrong branches</th></tr></thead><tbody>";
-    for (const auto& [learner, kinds] : errors) {
-        const double of = attempts[learner];
-        text += fmt::format("<tr><td>{}</td><td>{}</td>", io::html_escaped(learner), attempts[learner]);
-        for (const int count : kinds)
-            text += fmt::format("<td{}>{:.2g}</td>", count / of >= 1 ? " class=\"worse\"" : "", count / of);
-        text += fmt::format("<td>{:.2g}</td></tr>", wrong[learner] / of);
-    }
-    text += "</tbody></table></div>";
-    if (bad > 0) {
-        text += "<h2>Files that do not count</h2><ul>";
-        for (const CourseRow& row : rows)
-            if (!row.problem.empty())
-                text +=
-                    fmt::format("<li>{}: {}</li>", io::html_escaped(row.file), io::html_escaped(row.problem));
-        text += "</ul>";
-    }
-    return io::as_utf8(text) + "</body></html>\n";
 }
 
 }  // namespace debrief

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
+#include "engine/debrief/course_plan.h"
 #include "engine/exercise/handling.h"
-#include "engine/scenario/scenario.h"
 
 namespace debrief {
 
@@ -32,8 +32,18 @@ struct CourseRow {
     double force = 0;              // largest of a joint [N]
     int wrong_entries = 0;
     std::array<int, exercise::mishap_kinds> errors = {};
+    std::string title;                   // of the exercise
+    std::optional<Day> day;              // on which the file was last written
+    std::optional<double> air_kerma;     // K_a,r [mGy]
+    std::optional<double> area_product;  // P_KA [Gy·cm²]
+    int angiograms = 0;
+    std::vector<double> costs;  // points, of each of exercise::measures(); empty without a benchmark
+    bool blind = false;         // the lines of what looking costs are lost whole: nothing was looked at
+    std::string debriefing;     // its page, as a link from the course's; empty = there is none
 
     int all_errors() const;
+    /// Whether the target was reached, with at least so many points where the exercise has a benchmark.
+    bool passes(double pass) const { return reached && (!points || *points >= pass); }
 };
 
 struct CourseOptions {
@@ -51,9 +61,14 @@ struct CourseOptions {
 /// one after an interruption, costs nothing. Empty: interrupted.
 std::optional<std::vector<CourseRow>> course_of(std::span<const std::filesystem::path>, const CourseOptions&);
 
-/// A line for each attempt.
-std::string course_csv(std::span<const CourseRow>);
-/// A page for the teacher, self-contained as the debriefing's.
-std::string course_page(std::span<const CourseRow>, const std::string& title);
+/// The page of a recording's debriefing: beside the recording, or where `out` mirrors `folder`, whichever is
+/// there; the latter where none is.
+std::filesystem::path debriefing_page(const std::filesystem::path& recording,
+                                      const std::filesystem::path& folder, const std::filesystem::path& out);
+/// A link from a page in `folder`, as a browser reads it.
+std::string link_to(const std::filesystem::path& file, const std::filesystem::path& folder);
+
+/// A line for each attempt; columns are only ever added at the end.
+std::string course_csv(std::span<const CourseRow>, const CoursePlan&);
 
 }  // namespace debrief

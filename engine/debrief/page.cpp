@@ -24,7 +24,8 @@ struct Row {
     int digits;
     enum Better { Lower, Higher, Neither } better;
     std::optional<double> (*value)(const Score&);
-    scenario::Sample scenario::Benchmark::* skilled = nullptr;
+    const char* meaning;  // HTML
+    scenario::Sample scenario::Benchmark::*skilled = nullptr;
 };
 struct Group {
     const char* name;
@@ -33,54 +34,103 @@ struct Group {
 
 using Value = std::optional<double>;
 
+constexpr double least_told = 0.5;  // points; a line that costs less is worth no advice
+
+/// Where no norm is named nobody has published one that could be found.
 const std::vector<Group>& groups() {
     static const std::vector<Group> all = {
         {"Time and radiation",
          {{"Time to the target", "s", 1, Row::Lower, [](const Score& s) { return s.completed_after; },
+           "From the start of the attempt to the end of the hold in the target.",
            &Benchmark::completed_after},
           {"of it after the first motion", "s", 1, Row::Lower,
-           [](const Score& s) { return s.completion_time; }},
-          {"Beam on", "s", 1, Row::Lower, [](const Score& s) { return Value(s.beam_on_time); }},
+           [](const Score& s) { return s.completion_time; },
+           "The rest was spent on looking and planning, which is no waste."},
+          {"Beam on", "s", 1, Row::Lower, [](const Score& s) { return Value(s.beam_on_time); },
+           "How long the pedal was pressed. What the patient receives also depends on pulses, field and "
+           "body: "
+           "see the two lines below."},
           {"Air kerma at the reference point", "mGy", 2, Row::Lower,
-           [](const Score& s) { return s.air_kerma; }, &Benchmark::air_kerma},
+           [](const Score& s) { return s.air_kerma; },
+           "K<sub>a,r</sub>: the dose to the skin, where the beam stayed in one place.",
+           &Benchmark::air_kerma},
           {"Kerma-area product", "Gy·cm²", 2, Row::Lower, [](const Score& s) { return s.area_product; },
+           "P<sub>KA</sub>: what the whole field received. The risk to patient and staff goes with it.",
            &Benchmark::area_product},
-          {"Pulses", "", 0, Row::Lower, [](const Score& s) { return Value(s.pulses); }},
-          {"DSA runs", "", 0, Row::Neither, [](const Score& s) { return Value(s.runs); }},
-          {"Views", "", 0, Row::Neither, [](const Score& s) { return Value(s.views); }},
+          {"Pulses", "", 0, Row::Lower, [](const Score& s) { return Value(s.pulses); },
+           "Images taken. Fewer a second show a slow hand as much."},
+          {"DSA runs", "", 0, Row::Neither, [](const Score& s) { return Value(s.runs); },
+           "Times that subtraction was begun. Neither many nor few are good in themselves."},
+          {"Views", "", 0, Row::Neither, [](const Score& s) { return Value(s.views); },
+           "Places of C-arm and table at which the beam was on. Neither many nor few are good in "
+           "themselves."},
           {"Angiograms", "", 0, Row::Neither, [](const Score& s) { return Value(s.angiograms); },
+           "Injections that the beam showed. One that serves as a roadmap spares the next.",
            &Benchmark::angiograms},
           {"Contrast", "ml", 1, Row::Lower, [](const Score& s) { return Value(s.contrast); },
-           &Benchmark::contrast}}},
+           "All that was injected, seen or not.", &Benchmark::contrast}}},
         {"Hands",
          {{"Travel of the devices", "mm", 0, Row::Lower, [](const Score& s) { return Value(s.wire_travel); },
-           &Benchmark::wire_travel},
+           "All advances and withdrawals added up.", &Benchmark::wire_travel},
           {"Back and forth", "%", 0, Row::Lower,
-           [](const Score& s) { return Value(100 * s.back_and_forth_ratio); }},
-          {"Reversals", "", 0, Row::Lower, [](const Score& s) { return Value(s.reversals); }},
+           [](const Score& s) { return Value(100 * s.back_and_forth_ratio); },
+           "The part of the travel that led nowhere: 0 is a way taken once, 100 a hand that ends where it "
+           "began."},
+          {"Reversals", "", 0, Row::Lower, [](const Score& s) { return Value(s.reversals); },
+           "Changes between advancing and withdrawing. To pull back once where the way is lost is right; "
+           "many "
+           "small ones are searching."},
           {"Turned", "deg", 0, Row::Lower,
-           [](const Score& s) { return Value(s.rotation / geometry::degree); }},
-          {"Idle", "%", 0, Row::Lower, [](const Score& s) { return Value(100 * s.idle_share); }}}},
+           [](const Score& s) { return Value(s.rotation / geometry::degree); },
+           "All turns of the hubs added up, either way. How much a way needs depends on its branches: "
+           "compare "
+           "attempts at this exercise."},
+          {"Idle", "%", 0, Row::Lower, [](const Score& s) { return Value(100 * s.idle_share); },
+           "The part of the time after the first motion in which no device moved. Thinking with the beam off "
+           "costs time alone."}}},
         {"Tip",
          {{"Path efficiency", "%", 0, Row::Higher,
-           [](const Score& s) { return Value(100 * s.path_efficiency); }},
-          {"Mean speed", "mm/s", 1, Row::Higher, [](const Score& s) { return Value(s.mean_tip_speed); }},
+           [](const Score& s) { return Value(100 * s.path_efficiency); },
+           "The way along the vessel's centreline, in percent of the way that the tip took. A tip that goes "
+           "straight to its target and never back has about 100; one that cuts bends has a little more."},
+          {"Mean speed", "mm/s", 1, Row::Higher, [](const Score& s) { return Value(s.mean_tip_speed); },
+           "While it moved. Experts' wires are faster on average than novices' (p &lt; 0.001; 115 tasks on a "
+           "simulator, J Vasc Surg, Fundamentals of Endovascular and Vascular Surgery); a number to reach is "
+           "not published."},
           {"Smoothness: spectral arc length", "", 2, Row::Higher,
-           [](const Score& s) { return s.spectral_arc_length; }},
+           [](const Score& s) { return s.spectral_arc_length; },
+           "SPARC, always negative. One smooth stroke has about &minus;1.4; every stop and start makes it "
+           "lower. Compare attempts at one exercise only: a longer way has more strokes. Experts are "
+           "smoother "
+           "than novices (p &lt; 0.001, the same 115 tasks), and smoothness goes with expert ratings (20 "
+           "subjects, IEEE Trans Hum Mach Syst 2016;46:647); a norm for wires is not published."},
           {"Smoothness: log dimensionless jerk", "", 2, Row::Higher,
-           [](const Score& s) { return s.log_dimensionless_jerk; }},
+           [](const Score& s) { return s.log_dimensionless_jerk; },
+           "Negative; the lower the more often the speed changes, and the longer the attempt. It reacts to "
+           "the smallest jolts more than the spectral arc length does. There is no norm for wires."},
           {"Entries into wrong branches", "", 0, Row::Lower,
-           [](const Score& s) { return Value(s.wrong_entries()); }, &Benchmark::wrong_entries}}},
+           [](const Score& s) { return Value(s.wrong_entries()); },
+           "Branches that do not lead to the target, each time that the tip went in.",
+           &Benchmark::wrong_entries}}},
         {"Wall",
          {{"Largest force of a joint", "N", 2, Row::Lower,
-           [](const Score& s) { return Value(s.peak_wall_force); }},
+           [](const Score& s) { return Value(s.peak_wall_force); },
+           "The hardest that one place of the device pressed. A device that leans on a bend spreads its "
+           "force; "
+           "a tip that stands against the wall does not, and injures it first."},
           {"Mean of the largest force", "N", 3, Row::Lower,
-           [](const Score& s) { return Value(s.mean_wall_force); }},
-          {"Time above 1 N", "s", 1, Row::Lower, [](const Score& s) { return Value(s.time_over_force); }},
+           [](const Score& s) { return Value(s.mean_wall_force); },
+           "Of every moment the hardest place, averaged over the attempt. A stiff device has more, whoever "
+           "leads it."},
+          {"Time above 1 N", "s", 1, Row::Lower, [](const Score& s) { return Value(s.time_over_force); },
+           "1 N is where an error of handling begins here, not where a wall tears."},
           {"Impulse of all forces", "N s", 1, Row::Lower,
-           [](const Score& s) { return Value(s.wall_force_impulse); }},
+           [](const Score& s) { return Value(s.wall_force_impulse); },
+           "Forces of all places, added up over time. It grows with time and length inside: compare attempts "
+           "at one exercise."},
           {"Errors of handling", "", 0, Row::Lower,
-           [](const Score& s) { return Value(static_cast<double>(s.mishaps.size())); }}}}};
+           [](const Score& s) { return Value(static_cast<double>(s.mishaps.size())); },
+           "Each is listed above, with what to do instead. Injuries of the wall are among them."}}}};
     return all;
 }
 
@@ -96,6 +146,29 @@ const char* judged(const Value& yours, const Value& other, double margin, const 
     if (!std::isfinite(mine) || !std::isfinite(theirs) || row.better == Row::Neither) return "";
     const double over = mine - theirs, worse = row.better == Row::Lower ? over : -over;
     return worse > margin ? " class=\"worse\"" : worse < -margin ? " class=\"better\"" : "";
+}
+
+std::string meanings(bool has_skilled) {
+    std::string text = fmt::format(
+        "<details><summary>What the figures mean</summary><dl><dt>Marks</dt><dd>{} ! is worse, &#10003; is "
+        "better; an attempt that missed its target is better at nothing.</dd>",
+        has_skilled
+            ? "Held against the skilled attempts where these have the figure, by more than two of their "
+              "standard deviations and more than what does not matter (see Grade); else against the "
+              "expert's recording, by more than 2 %; else not judged."
+            : "No skilled attempts are known for this exercise: held against the expert's recording "
+              "where there is one, by more than 2 %, else not judged.");
+    for (const Group& group : groups())
+        for (const Row& row : group.rows)
+            text += fmt::format("<dt>{}</dt><dd>{}</dd>", row.name, row.meaning);
+    return text + "</dl></details>";
+}
+
+/// What does not matter, as the grade has it.
+double grain_of(const Row& row) {
+    for (const exercise::Measure& measure : exercise::measures())
+        if (measure.sample == row.skilled) return measure.grain;
+    return 0;
 }
 
 /// Against the skilled attempts, by more than two of their standard deviations, else against the expert's. An
@@ -118,11 +191,12 @@ std::string table(const Story& story, const Story* before, const Story* expert) 
             if (row.skilled && (benchmark.*row.skilled).given()) {
                 const scenario::Sample& sample = benchmark.*row.skilled;
                 other = sample.mean();
-                margin = std::max(2 * sample.spread(), 0.02 * *other + 1e-9);
+                margin = std::max(2 * sample.spread(), grain_of(row) + 1e-9);
                 skilled = fmt::format("{} &plusmn; {:.{}f}", figure(other, row), sample.spread(), row.digits);
             }
-            text += fmt::format("<tr><td>{}</td><td{}>{}</td>", row.name, judged(yours, other, margin, row),
-                                figure(yours, row));
+            std::string_view mark = judged(yours, other, margin, row);
+            if (!story.score.completed && mark.find("better") != mark.npos) mark = "";
+            text += fmt::format("<tr><td>{}</td><td{}>{}</td>", row.name, mark, figure(yours, row));
             if (benchmark.given()) text += fmt::format("<td>{}</td>", skilled);
             if (expert) text += fmt::format("<td>{}</td>", figure(row.value(expert->score), row));
             if (before) text += fmt::format("<td>{}</td>", figure(row.value(before->score), row));
@@ -140,9 +214,10 @@ std::string grade_table(const exercise::Grade& grade, const Benchmark& benchmark
     };
     for (const exercise::GradeLine& line : grade.lines) {
         const exercise::Measure& measure = *line.measure;
-        text += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td{}>{}</td></tr>", measure.name,
-                            exercise::own_text(line), exercise::skilled_text(line),
-                            line.cost >= 0.05 ? " class=\"worse\"" : "", cost_of(line.cost, measure.most));
+        text +=
+            fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td{}>{}</td></tr>", measure.name,
+                        exercise::own_text(line), exercise::skilled_text(line),
+                        line.cost >= least_told ? " class=\"costs\"" : "", cost_of(line.cost, measure.most));
     }
     text += fmt::format("<tr><td>Injuries of the wall</td><td>{}</td><td>&ndash;</td><td>{}</td></tr>",
                         grade.dissections + grade.perforations, cost_of(grade.cost_of_injuries(), 100));
@@ -150,7 +225,7 @@ std::string grade_table(const exercise::Grade& grade, const Benchmark& benchmark
     if (std::any_of(grade.lines.begin(), grade.lines.end(), [](const auto& line) { return line.unseen; }))
         text += fmt::format("<li>{}</li>", exercise::blind_advice);
     for (const exercise::GradeLine& line : grade.lines)
-        if (line.cost >= 0.5 && !line.unseen)
+        if (line.cost >= least_told && !line.unseen)
             text += fmt::format("<li><b>{}.</b> {}</li>", line.measure->name, line.measure->advice);
     text += fmt::format("</ul><p class=\"about\">{} Skilled: {} attempts by {}.</p>",
                         io::html_escaped(exercise::grade_formula), benchmark.attempts,
@@ -183,8 +258,19 @@ std::string wrong_ways(const Story& story) {
         text += fmt::format(
             "<p class=\"note\">The tip went into {} {} time{}, and was there for {:.1f}&nbsp;s: it does "
             "not lead to the target.</p>",
-            io::html_escaped(anatomy::clinical_name(branch.name)), branch.entries, branch.entries == 1 ? "" : "s", branch.seconds);
+            io::html_escaped(anatomy::clinical_name(branch.name)), branch.entries,
+            branch.entries == 1 ? "" : "s", branch.seconds);
     return text;
+}
+
+/// Of the run and of the program, which are no errors of the hand.
+std::string notes(const Story& story) {
+    if (story.notices.empty()) return "";
+    std::string text =
+        fmt::format("<details><summary>Notes on the run ({})</summary><ul>", story.notices.size());
+    for (const std::string& notice : story.notices)
+        text += fmt::format("<li>{}</li>", io::html_escaped(notice));
+    return text + "</ul></details>";
 }
 
 std::string base64(std::span<const std::uint8_t> bytes) {
@@ -302,8 +388,6 @@ std::string page(std::span<const Story> stories, const Story* expert) {
             "<p class=\"note\">This recording does not lead to the states it states; it was edited, or "
             "made by another program: {}</p>",
             io::html_escaped(story.differences.front()));
-    for (const std::string& notice : story.notices)
-        text += fmt::format("<p class=\"note\">{}</p>", io::html_escaped(notice));
 
     if (benchmark.given()) text += "<h2>Grade</h2>" + grade_table(grade, benchmark);
     text += "\n<h2>Time line</h2><p class=\"legend\">";
@@ -320,8 +404,9 @@ std::string page(std::span<const Story> stories, const Story* expert) {
     text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + way_over_vessels(story) + "</section>";
     text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_ways(story) + "</section></div>";
     if (!story.key_frames.empty()) text += "\n<h2>What the screen showed</h2>" + pictures(story);
-    text += "\n<h2>Figures</h2>" + table(story, before, expert);
+    text += "\n<h2>Figures</h2>" + table(story, before, expert) + meanings(benchmark.given());
     if (attempts_of(stories).size() > 1) text += "\n<h2>Learning curve</h2>" + curves(stories);
+    text += notes(story);
     text += fmt::format(
         "\n<script type=\"application/json\" id=\"data\">{}</script><script>{}</script></body></html>\n",
         data_of(story), page_script);

@@ -21,8 +21,14 @@ table{border-collapse:collapse;width:100%}
 th,td{padding:4px 10px;text-align:right;border-bottom:1px solid var(--rule)}
 th:first-child,td:first-child{text-align:left}
 thead th{color:var(--soft);font-weight:600;border-bottom:2px solid var(--rule)}
-td.worse{color:var(--bad);font-weight:600}
+td.worse,td.costs{color:#7a4a00;font-weight:600}
+td.worse::before{content:"! "}
 td.better{color:var(--good)}
+td.better::before{content:"\2713  "}
+dt{font-weight:600;margin-top:8px}
+dd{margin:0 0 0 18px}
+details{margin:8px 0}
+summary{cursor:pointer;color:var(--accent)}
 tr.group th{padding-top:14px;text-align:left;color:var(--accent)}
 svg{display:block;width:100%;height:auto;font-family:inherit}
 .tick{font-size:11px;fill:#666}

@@ -8,41 +8,14 @@
 
 #include "engine/io/text.h"
 #include "render/picture/png.h"
-#include "tests/app/program.h"
+#include "tests/app/pages.h"
 
 namespace app {
 namespace {
 
-using test::asset, test::expect_refused, test::good_script, test::joined, test::Outcome, test::read,
-    test::run, test::s_bend_run, test::Started, test::TemporaryFolder, test::write;
-
-const char* const clumsy =
-    "1 advance 4 mm\n4 beam on\n5..20 advance 4 mm\n21..24 withdraw 4 mm\n25 rotate 40 deg\n26..60 advance 4 "
-    "mm\n"
-    "130 end\n";
-
-std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& name,
-                               const std::string& script, const std::string& learner = "Ada") {
-    write(folder / (name + ".script.gw"), script);
-    run(folder, s_bend_run(folder / name, {"--frames", "none", "--learner", learner},
-                           folder / (name + ".script.gw")));
-    std::filesystem::copy_file(folder / name / "run.gw", folder / (name + ".gw"));
-    return folder / (name + ".gw");
-}
-
-/// Puts a recording into the folder of a class.
-void put(const TemporaryFolder& folder, const std::string& file, const std::string& to) {
-    std::filesystem::copy_file(file, folder / ("class/" + to));
-}
-
-/// What headless Chromium makes of a page.
-Outcome browse(const TemporaryFolder& folder, std::vector<std::string> words) {
-    words.insert(words.begin(),
-                 {"/usr/bin/chromium", "--headless", "--no-sandbox", "--disable-gpu",
-                  "--disable-dev-shm-usage", "--enable-logging=stderr", "--virtual-time-budget=5000",
-                  "--user-data-dir=" + (folder / "profile").string()});
-    return Started(folder, words).wait();
-}
+using test::asset, test::browse, test::clumsy, test::expect_refused, test::good_script, test::joined,
+    test::Outcome, test::put, test::read, test::recorded, test::run, test::s_bend_run, test::Started,
+    test::TemporaryFolder, test::write;
 
 }  // namespace
 
@@ -177,61 +150,6 @@ TEST_F(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
     }
     EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere.html"));
     EXPECT_FALSE(std::filesystem::exists(folder / "deep/elsewhere.html"));
-}
-
-using CourseCommand = test::InFolder;
-
-TEST_F(CourseCommand, CountsAttemptsByLearnerAndExercise) {
-    std::filesystem::create_directories(folder / "class/below");
-    put(folder, recorded(folder, "a", clumsy), "1.gw");
-    put(folder, recorded(folder, "b", read(good_script)), "below/2.gw");
-    put(folder, recorded(folder, "c", read(good_script), "<b>Bob</b>"), "3.gw");
-    write(folder / "class/broken.gw", "recording 3\n0 beam\n");
-    std::string changed = read(folder / "b.gw");
-    char& digit = changed[changed.find("state 20 ") + 9];
-    digit = digit == '0' ? '1' : '0';
-    write(folder / "class/changed.gw", changed);
-    const auto made = succeeded(folder, {"course", folder / "class", "--out", folder / "out"});
-    test::expect_said(made.out, "3 attempts");
-    test::expect_said(made.out, "2 files that do not count");
-    const std::string csv = read(folder / "out/course.csv"), page = read(folder / "out/course.html");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 6);
-    test::expect_said(csv, "Ada,s_bend,1,2,");
-    test::expect_said(page, "&lt;b&gt;Bob&lt;/b&gt;");
-    EXPECT_EQ(page.find("<b>Bob"), std::string::npos);
-    test::expect_said(page, "2 learners, 1 exercises, 3 attempts");
-    // A second look finds the figures.
-    run(folder, {"course", folder / "class", "--out", folder / "again"});
-    EXPECT_EQ(read(folder / "again/course.csv"), csv);
-}
-
-TEST_F(CourseCommand, WritesValidUtf8WhateverItReads) {
-    std::filesystem::create_directory(folder / "class");
-    std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n", "Anna"));
-    text.replace(text.find("learner Anna"), 12, "learner \xc4nna");  // as an earlier version took it
-    write(folder / "class/\xfc.gw", text);
-    ASSERT_EQ(run(folder, {"course", folder / "class"}).code, 0);
-    for (const char* name : {"class/course.csv", "class/course.html"}) {
-        const std::string made = read(folder / name);
-        EXPECT_TRUE(io::is_utf8(made)) << name;
-        EXPECT_NE(made.find("\uFFFDnna"), std::string::npos) << name;
-    }
-    ASSERT_EQ(
-        run(folder, {"debrief", folder / "class/\xfc.gw", "--no-pictures", "--out", folder / "page"}).code,
-        0);
-    EXPECT_TRUE(io::is_utf8(read(folder / "page/debrief.html")));
-}
-
-TEST_F(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
-    std::filesystem::create_directory(folder / "none");
-    expect_refused(run(folder, {"course", folder / "none"}), "no recordings");
-    expect_refused(run(folder, {"course", folder / "nowhere"}), "no such folder");
-    std::filesystem::create_directory(folder / "many");
-    const std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n"));
-    for (int k = 0; k < 10'000; ++k) write(folder / ("many/" + std::to_string(k) + ".gw"), text);
-    succeeded(folder, {"course", folder / "many", "--out", folder / "out"});
-    const std::string csv = read(folder / "out/course.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 10'001);
 }
 
 using BatchCommand = test::InFolder;

@@ -1,9 +1,8 @@
 #include "engine/debrief/page.h"
 
 #include <nlohmann/json.hpp>
-#include <regex>
 
-#include "tests/engine/fixtures.h"
+#include "tests/engine/debrief/html.h"
 
 namespace debrief {
 namespace {
@@ -32,34 +31,6 @@ std::size_t count(const std::string& text, const std::string& part) {
     return found;
 }
 
-/// Opening tags without their closing ones, and the reverse.
-std::string unbalanced(const std::string& page) {
-    static const std::regex tag("<(/?)([a-z0-9]+)((?:[^<>\"]|\"[^\"]*\")*?)(/?)>");
-    std::vector<std::string> open;
-    std::string text = page;
-    for (const char* raw : {"style", "script"}) {
-        const std::regex body("<" + std::string(raw) + "[^>]*>");
-        for (std::smatch at; std::regex_search(text, at, body);) {
-            const std::size_t begin = static_cast<std::size_t>(at.position()),
-                              end = text.find("</" + std::string(raw) + ">", begin);
-            if (end == std::string::npos) return "no end of " + std::string(raw);
-            text.erase(begin, end + std::string(raw).size() + 3 - begin);
-        }
-    }
-    for (std::sregex_iterator it(text.begin(), text.end(), tag), last; it != last; ++it) {
-        const std::string name = (*it)[2];
-        if (name == "meta" || name == "img" || (*it)[4] == "/") continue;
-        if ((*it)[1] == "") {
-            open.push_back(name);
-        } else {
-            if (open.empty() || open.back() != name)
-                return "</" + name + "> closes " + (open.empty() ? "nothing" : open.back());
-            open.pop_back();
-        }
-    }
-    return open.empty() ? "" : open.back() + " stays open";
-}
-
 }  // namespace
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
@@ -73,13 +44,14 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     ASSERT_EQ(story.moments.size(), 121u);
     ASSERT_GE(story.score.mishaps.size(), 3u);
     const std::string html = page(stories, &stories.front());
-    EXPECT_EQ(unbalanced(html), "");
+    EXPECT_EQ(test::unbalanced(html), "");
     test::expect_said(html, "of Ada");
     // Each error: in the list, in the time line, on both sides of the way.
     EXPECT_EQ(count(html, "href=\"#e1\""), 4u);
     EXPECT_EQ(count(html, "id=\"row"), story.score.mishaps.size());
-    for (const char* part : {"Time to the target", "expert", "attempt before", "skilled attempts", "by two &lt;people&gt;", "2.2 ± 0.3 s", "Learning curve",
-                             "Smoothness", "of 100 points"})
+    for (const char* part :
+         {"Time to the target", "expert", "attempt before", "skilled attempts", "by two &lt;people&gt;",
+          "2.2 ± 0.3 s", "Learning curve", "Smoothness", "of 100 points"})
         EXPECT_NE(html.find(part), std::string::npos) << part;
     const std::string open = "<script type=\"application/json\" id=\"data\">";
     const std::size_t begin = html.find(open) + open.size();
@@ -87,6 +59,34 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     EXPECT_EQ(data["moments"].size(), 121u);
     EXPECT_EQ(data["marks"].size(), story.score.mishaps.size());
     EXPECT_NEAR(data["moments"].back()[5].get<double>(), story.moments.back().inserted.at(0), 0.01);
+}
+
+TEST(Debrief, EveryFigureHasAMeaningAndAMissedAttemptIsBetterAtNothing) {
+    Story story = *tell(test::small_scenario(), recording(clumsy), quick());
+    scenario::Benchmark& skilled = story.scenario.lesson.benchmark;
+    skilled.attempts = 2;
+    skilled.wire_travel.values = {1e5, 1e5};
+    story.score.completed = true;
+    std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(count(html, "class=\"better\""), 1u);
+    EXPECT_EQ(count(html, "<dt>"), 26u);  // 25 figures, and what the marks mean
+    EXPECT_EQ(count(html, "<dd></dd>"), 0u);
+    story.score.completed = false;
+    EXPECT_EQ(count(page(std::span(&story, 1), nullptr), "class=\"better\""), 0u);
+    skilled.wire_travel.values = {1, 1};
+    html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(count(html, "class=\"worse\""), 1u);
+    // Less than what the grade says does not matter is not judged.
+    skilled.wire_travel.values = {story.score.wire_travel - 9, story.score.wire_travel - 9};
+    EXPECT_EQ(count(page(std::span(&story, 1), nullptr), "class=\"worse\""), 0u);
+}
+
+TEST(Debrief, NotesOfTheRunStandAtTheEnd) {
+    Story story = *tell(test::small_scenario(), recording(clumsy), quick());
+    story.notices = {"segments of 2 mm were chosen"};
+    const std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_GT(html.find("segments of 2 mm"), html.find("What the figures mean"));
+    test::expect_said(html, "Notes on the run (1)");
 }
 
 TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
@@ -106,7 +106,7 @@ TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
     EXPECT_EQ(html.find("<script>alert"), std::string::npos);
     EXPECT_EQ(html.find("<img src=x"), std::string::npos);
     EXPECT_EQ(html.find('\x01'), std::string::npos);
-    EXPECT_EQ(unbalanced(html), "");
+    EXPECT_EQ(test::unbalanced(html), "");
     test::expect_said(html, "base64,AQIDBA==");
 }
 
@@ -145,7 +145,7 @@ TEST(Debrief, AttemptsOfOneRecordingAreAllInTheCurve) {
 TEST(Debrief, AnEmptyOrShortRecordingHasAPageAllTheSame) {
     for (const char* script : {"0 end\n", "", "0 advance 1 mm\n0 end\n"}) {
         const Story story = *tell(test::small_scenario(), recording(script), quick());
-        EXPECT_EQ(unbalanced(page(std::span(&story, 1), nullptr)), "") << script;
+        EXPECT_EQ(test::unbalanced(page(std::span(&story, 1), nullptr)), "") << script;
     }
 }
 

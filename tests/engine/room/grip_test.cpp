@@ -148,7 +148,7 @@ TEST_F(GripSeam, WhatBowsTheShaftAtAHundredMillimetresGoesInAtThirty) {
     ASSERT_EQ(rows->size(), 2u);
     for (const debrief::CourseRow& row : *rows) EXPECT_EQ(row.problem, "");
     EXPECT_GT((*rows)[1].travel, (*rows)[0].travel + 3);
-    test::expect_said(debrief::course_csv(*rows), "near");
+    test::expect_said(debrief::course_csv(*rows, {}), "near");
 }
 
 }  // namespace
