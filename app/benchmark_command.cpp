@@ -56,7 +56,7 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
                                        : std::filesystem::path(arguments.keep) /
                                              fmt::format("{}-{:03}.gw", attempts.scenario.name, k + 1);
             const auto score = played_attempt(attempts.scenario, *solution,
-                                      arguments.seed + static_cast<std::uint64_t>(k), cache, keep);
+                                              arguments.seed + static_cast<std::uint64_t>(k), cache, keep);
             if (!score) return std::nullopt;
             if (score->completed)
                 attempts.reached.push_back(*score);
@@ -109,7 +109,8 @@ std::optional<std::vector<Attempts>> read_recordings(const BenchmarkArguments& a
 std::filesystem::path usual_file() {
     const std::filesystem::path folder = user_folder("XDG_DATA_HOME", ".local/share");
     if (folder.empty())
-        throw io::InputError("expected HOME or XDG_DATA_HOME to name a folder, found neither; --out names a file");
+        throw io::InputError(
+            "expected HOME or XDG_DATA_HOME to name a folder, found neither; --out names a file");
     return folder / scenario::benchmark_file;
 }
 
@@ -117,8 +118,10 @@ int benchmark(const BenchmarkArguments& arguments) {
     if (arguments.folder.empty() == (arguments.played == 0))
         throw io::InputError("expected either a folder of recordings or --played NUMBER");
     if (arguments.played == 0 && arguments.by.empty())
-        throw io::InputError("--by is missing: who made the attempts, such as --by \"Dr N. and Dr M., vascular surgeons\"");
-    const std::filesystem::path out = arguments.out.empty() ? usual_file() : std::filesystem::path(arguments.out);
+        throw io::InputError(
+            "--by is missing: who made the attempts, such as --by \"Dr N. and Dr M., vascular surgeons\"");
+    const std::filesystem::path out =
+        arguments.out.empty() ? usual_file() : std::filesystem::path(arguments.out);
     std::error_code ignored;
     scenario::Benchmarks all;
     if (std::filesystem::exists(out, ignored)) all = scenario::load_benchmarks(out);
@@ -133,10 +136,10 @@ int benchmark(const BenchmarkArguments& arguments) {
         if (attempts.missed > 0)
             tell("note: {}: {} attempts did not reach the target and do not count\n", name, attempts.missed);
         if (attempts.reached.empty()) continue;
-        const scenario::Benchmark of =
-            exercise::benchmark_of(attempts.reached, arguments.by.empty() ? by_a_program : arguments.by,
-                                   attempts.scenario.content);
-        print("{}: {} attempts{}\n", name, of.attempts, all.contains(name) ? ", in place of earlier ones" : "");
+        const scenario::Benchmark of = exercise::benchmark_of(
+            attempts.reached, arguments.by.empty() ? by_a_program : arguments.by, attempts.scenario.content);
+        print("{}: {} attempts{}\n", name, of.attempts,
+              all.contains(name) ? ", in place of earlier ones" : "");
         for (const exercise::GradeLine& line : exercise::grade({}, of).lines)
             if (line.mean) print("  {:<34} {}\n", line.measure->name, exercise::skilled_text(line));
         double least = 100, sum = 0;
@@ -164,18 +167,21 @@ Command add_benchmark(CLI::App& parser) {
     command->add_option("folder", arguments->folder,
                         "Folder with recordings (.gw) of skilled attempts, also in folders below");
     command->add_option("--by", arguments->by, "Who made them, in words: it is shown with every grade");
-    command->add_option("--out", arguments->out,
-                        "The file; what it says of other exercises stays. Else benchmark.toml in the user's data, "
-                        "which goes before what ships");
+    command->add_option(
+        "--out", arguments->out,
+        "The file; what it says of other exercises stays. Else benchmark.toml in the user's data, "
+        "which goes before what ships");
     command
-        ->add_option("--played", arguments->played,
-                     "So many attempts at each exercise by a program that plays its solution at the speed of keys")
+        ->add_option(
+            "--played", arguments->played,
+            "So many attempts at each exercise by a program that plays its solution at the speed of keys")
         ->check(CLI::Range(1, 100));
     command->add_option("--of", arguments->exercises, "With --played: only this exercise; again for more")
         ->needs("--played");
     add_exercises(command, arguments->folders);
     command->add_option("--seed", arguments->seed, "With --played: of the first attempt")->needs("--played");
-    command->add_option("--keep", arguments->keep, "With --played: folder for the recordings")->needs("--played");
+    command->add_option("--keep", arguments->keep, "With --played: folder for the recordings")
+        ->needs("--played");
     add_cache_folder(command, arguments->cache);
     return {command, [arguments] { return benchmark(*arguments); }};
 }

@@ -112,8 +112,8 @@ struct LoadedExercise {
     scenario::ExerciseFiles files;
     scenario::Scenario scenario;
 };
-/// In the order of the curriculum: by level, the quicker first; those outside it come last. Tells which could not be loaded, and what
-/// stands behind another of its name.
+/// In the order of the curriculum: by level, the quicker first; those outside it come last. Tells which could
+/// not be loaded, and what stands behind another of its name.
 std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>&);
 /// The scenario in the file, measured by the user's own benchmark where there is one. Throws InputError.
 scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {});

@@ -41,8 +41,8 @@ void list_scenarios(const std::vector<scenario::ExerciseFiles>& files) {
     print("{:<{}}  level  skilled  solution  exercise\n", "name", widest);
     for (const auto& [of, s] : all)
         print("{:<{}}  {:>5}  {:>7}  {:<8}  {}\n", s.name, widest,
-              s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
-              skilled_time(s.lesson.benchmark), of.solution.empty() ? "-" : "yes", s.title);
+              s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-", skilled_time(s.lesson.benchmark),
+              of.solution.empty() ? "-" : "yes", s.title);
 }
 
 /// How long and wide a branch is, and where it leaves its parent.

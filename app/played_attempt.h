@@ -19,8 +19,9 @@ inline constexpr int usual_attempts = 5;
 
 /// One attempt, recorded in the file `keep` unless that is empty; no value where it was interrupted. Throws
 /// InputError.
-std::optional<exercise::Score> played_attempt(const scenario::Scenario&, const script::CommandScript& solution,
-                                              std::uint64_t seed, const anatomy::ModelCache&,
+std::optional<exercise::Score> played_attempt(const scenario::Scenario&,
+                                              const script::CommandScript& solution, std::uint64_t seed,
+                                              const anatomy::ModelCache&,
                                               const std::filesystem::path& keep = {});
 
 }  // namespace app

@@ -99,7 +99,9 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
         print("  {:<34} {:.0f} of 100\n  ({})\n  skilled: {} attempts by {}\n\n", "Points", grade.points,
               exercise::grade_formula, benchmark.attempts, benchmark.by);
     }
-    print_line("target", s.completed ? fmt::format("reached after {:.2f} s, {:.2f} s after the first motion", *s.completed_after, *s.completion_time) : "not reached");
+    print_line("target", s.completed ? fmt::format("reached after {:.2f} s, {:.2f} s after the first motion",
+                                                   *s.completed_after, *s.completion_time)
+                                     : "not reached");
     print_line("beam", fmt::format("{:.1f} s, {} pulses, {} DSA runs, {} views", s.beam_on_time, s.pulses,
                                    s.runs, s.views));
     print_line("contrast", number(s.contrast, "ml", 1));

@@ -86,8 +86,8 @@ const std::map<std::string, Names> third_party = {
     {"pybind11", {"app/python"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
-const Names posix = {"fcntl.h",    "semaphore.h", "spawn.h", "sys/file.h", "sys/mman.h",
-                     "sys/stat.h", "sys/wait.h",  "unistd.h"};
+const Names posix = {"fcntl.h",    "semaphore.h", "spawn.h",    "sys/file.h",
+                     "sys/mman.h", "sys/stat.h",  "sys/wait.h", "unistd.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));

@@ -37,9 +37,9 @@ Lines briefing(const scenario::Scenario& s) {
     Lines lines;
     const std::string target =
         s.target.name.empty() ? "the target on the map" : anatomy::clinical_name(s.target.name);
-    lines.emplace_back("Task",
-                       fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.",
-                                   script::name_of(s.target.device), target, s.target.radius, s.target.hold));
+    lines.emplace_back(
+        "Task", fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.",
+                            script::name_of(s.target.device), target, s.target.radius, s.target.hold));
     lines.emplace_back("Access", anatomy::clinical_end(s.entry.end));
     for (const scenario::PlacedDevice& placed : s.devices)
         lines.emplace_back("Device", fmt::format("{}, {}: {:.0f} mm inside", placed.name(),
@@ -94,8 +94,9 @@ void Play::draw_briefing() {
     begin_page(window_, "briefing", has_map ? u(1010) : u(680));
     wrapped(window_, Face::Title, palette::bright, s.title);
     text(palette::label,
-         fmt::format("{}   {}", learner_.empty() ? "Guest" : learner_,
-                     free_practice_ ? "Free practice: no score, and the last 10 s can be taken back" : "Exercise"));
+         fmt::format(
+             "{}   {}", learner_.empty() ? "Guest" : learner_,
+             free_practice_ ? "Free practice: no score, and the last 10 s can be taken back" : "Exercise"));
     ImGui::Separator();
     if (has_map) {
         ImGui::BeginTable("halves", 2);
@@ -120,12 +121,13 @@ void Play::draw_briefing() {
     if (!free_practice_) wrapped(palette::label, judgement(s));
     const auto first = [&](Action action) { return options_.keys.first(action); };
     wrapped(palette::label,
-            fmt::format("Keys: {} {} push and pull, {} {} turn, {} fluoroscopy, {} DSA run, {} roadmap, {} image to "
-                        "the reference screen{}, {} all keys",
-                        first(Action::Advance), first(Action::Withdraw), first(Action::RotateLeft),
-                        first(Action::RotateRight), first(Action::Fluoroscopy), first(Action::Acquisition),
-                        first(Action::Roadmap), first(Action::Reference),
-                        s.devices.size() > 1 ? ", the left hand has keys of its own" : "", first(Action::Help)));
+            fmt::format(
+                "Keys: {} {} push and pull, {} {} turn, {} fluoroscopy, {} DSA run, {} roadmap, {} image to "
+                "the reference screen{}, {} all keys",
+                first(Action::Advance), first(Action::Withdraw), first(Action::RotateLeft),
+                first(Action::RotateRight), first(Action::Fluoroscopy), first(Action::Acquisition),
+                first(Action::Roadmap), first(Action::Reference),
+                s.devices.size() > 1 ? ", the left hand has keys of its own" : "", first(Action::Help)));
     ImGui::Dummy(ImVec2(0, u(4)));
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) {
         draw_progress();

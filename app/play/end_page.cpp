@@ -42,12 +42,14 @@ void Play::draw_events() {
         ImGui::PopID();
     }
     for (const exercise::WrongBranch& branch : score.wrong_branches)
-        wrapped(palette::caution, fmt::format("The tip was in the {} {} for {:.1f} s; it does not lead to the target.",
-                                              anatomy::clinical_name(branch.name),
-                                              branch.entries == 1 ? "once" : fmt::format("{} times", branch.entries),
-                                              branch.seconds));
+        wrapped(palette::caution,
+                fmt::format("The tip was in the {} {} for {:.1f} s; it does not lead to the target.",
+                            anatomy::clinical_name(branch.name),
+                            branch.entries == 1 ? "once" : fmt::format("{} times", branch.entries),
+                            branch.seconds));
     if (!score.mishaps.empty())
-        wrapped(palette::faint, fmt::format("A time opens the images of its moment; {:g} frames a second.", rate));
+        wrapped(palette::faint,
+                fmt::format("A time opens the images of its moment; {:g} frames a second.", rate));
 }
 
 void Play::draw_grade() {
@@ -55,11 +57,12 @@ void Play::draw_grade() {
     const scenario::Benchmark& skilled = session_->options().scenario.lesson.benchmark;
     if (!skilled.given()) {
         wrapped(palette::label,
-                fmt::format("{}{:.1f} s of beam, {:.0f} ml of contrast, {:.0f} mm of travel. This exercise has no "
-                            "benchmark yet, and so no points.",
-                            score.completed_after ? fmt::format("{:.1f} s to the target, ", *score.completed_after)
-                                                  : std::string(),
-                            score.beam_on_time, score.contrast, score.wire_travel));
+                fmt::format(
+                    "{}{:.1f} s of beam, {:.0f} ml of contrast, {:.0f} mm of travel. This exercise has no "
+                    "benchmark yet, and so no points.",
+                    score.completed_after ? fmt::format("{:.1f} s to the target, ", *score.completed_after)
+                                          : std::string(),
+                    score.beam_on_time, score.contrast, score.wire_travel));
         return;
     }
     const exercise::Grade made = grade_ ? *grade_ : exercise::grade(score, skilled);
@@ -103,12 +106,14 @@ void Play::draw_grade() {
     for (const exercise::GradeLine& line : made.lines)
         if (line.cost >= 2 && !line.unseen && std::string_view(line.measure->id) != "errors")
             wrapped(palette::label, fmt::format("{}: {}", line.measure->name, line.measure->advice));
-    wrapped(palette::faint, fmt::format("Skilled: {} attempts by {}. Time runs from the start, as in the strip.",
-                                        skilled.attempts, skilled.by));
+    wrapped(palette::faint,
+            fmt::format("Skilled: {} attempts by {}. Time runs from the start, as in the strip.",
+                        skilled.attempts, skilled.by));
     if (ImGui::TreeNode("How points are lost, and what is known of these figures")) {
         wrapped(palette::faint, exercise::grade_formula);
         for (const exercise::Measure& measure : exercise::measures())
-            wrapped(palette::faint, fmt::format("{}: separates the experienced? {}.", measure.name, measure.evidence));
+            wrapped(palette::faint,
+                    fmt::format("{}: separates the experienced? {}.", measure.name, measure.evidence));
         ImGui::TreePop();
     }
 }
@@ -174,10 +179,10 @@ void Play::draw_end() {
         wrapped(window_, Face::Title, palette::bright, "Free practice has ended");
     else
         wrapped(window_, Face::Title, score.completed ? palette::good : palette::caution,
-                score.completed ? grade_ ? fmt::format("Target reached: {:.0f} points{}", grade_->points,
+                score.completed     ? grade_ ? fmt::format("Target reached: {:.0f} points{}", grade_->points,
                                                        grade_->points >= room::pass_mark ? ", passed" : "")
-                                         : std::string("Target reached")
-                : view_->time_is_up ? "The time is over: target not reached"
+                                             : std::string("Target reached")
+                    : view_->time_is_up ? "The time is over: target not reached"
                                     : "Ended: target not reached");
     text(palette::label, fmt::format("{}   {}", session_->options().scenario.title,
                                      learner_.empty() || is_replay_ || shows_solution_ ? "" : learner_));
@@ -201,7 +206,8 @@ void Play::draw_end() {
         wrapped(window_, Face::Bold, palette::bright, "What was done");
         const double rate = session_->options().scenario.frame_rate;
         for (const script::Caption& caption : session_->options().script->captions)
-            wrapped(palette::value, fmt::format("{}  {}", render::clock_text(caption.frame / rate), caption.text));
+            wrapped(palette::value,
+                    fmt::format("{}  {}", render::clock_text(caption.frame / rate), caption.text));
     } else if (!free_practice_) {
         ImGui::Dummy(ImVec2(0, u(6)));
         wrapped(window_, Face::Bold, palette::bright, "What happened");

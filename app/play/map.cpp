@@ -76,7 +76,8 @@ void draw_map(ImDrawList& list, const render::Box& area, float unit, const anato
     for (const geometry::Vec3& p : way) cover(p);
     const float margin = 0.12f * std::max(high.x - low.x, high.y - low.y) + 15;
     const float width = area.right - area.left, height = area.bottom - area.top;
-    const float scale = std::min(width / (high.x - low.x + 2 * margin), height / (high.y - low.y + 2 * margin));
+    const float scale =
+        std::min(width / (high.x - low.x + 2 * margin), height / (high.y - low.y + 2 * margin));
     const ImVec2 middle((low.x + high.x) / 2, (low.y + high.y) / 2);
     const auto at = [&](const geometry::Vec3& p) {
         const ImVec2 q = flat(p);

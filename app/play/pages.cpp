@@ -73,8 +73,8 @@ void Play::draw_learner() {
         if (name.empty() || script::is_learner(name))
             goes_on_as(name);
         else
-            typed_problem_ = fmt::format("expected a name of 1 to {} letters, found '{}'",
-                                         script::longest_learner, name);
+            typed_problem_ =
+                fmt::format("expected a name of 1 to {} letters, found '{}'", script::longest_learner, name);
     }
     if (!typed_problem_.empty()) wrapped(palette::alarm, typed_problem_);
     wrapped(palette::faint, "Attempts, results and progress are kept for each name on this computer.");
@@ -92,9 +92,10 @@ void Play::draw_chooser() {
         of_path += options_.exercises[k].scenario.lesson.level > 0;
         passed += options_.exercises[k].scenario.lesson.level > 0 && has_passed(k);
     }
-    text(palette::label, fmt::format("{}: {} of {} exercises passed, each with {:.0f} points or more.   {}: keys",
-                                     learner_.empty() ? "Guest" : learner_, passed, of_path, room::pass_mark,
-                                     options_.keys.text(Action::Help)));
+    text(palette::label,
+         fmt::format("{}: {} of {} exercises passed, each with {:.0f} points or more.   {}: keys",
+                     learner_.empty() ? "Guest" : learner_, passed, of_path, room::pass_mark,
+                     options_.keys.text(Action::Help)));
     const std::optional<std::size_t> next = next_exercise({});
     if (next) {
         const std::string words = "Next for you: " + options_.exercises[*next].scenario.title;
@@ -109,7 +110,8 @@ void Play::draw_chooser() {
     // As many as fit, as wide as the window has room for.
     const float room = width - 2 * ImGui::GetStyle().WindowPadding.x - ImGui::GetStyle().ScrollbarSize;
     const int columns = std::max(1, static_cast<int>((room + gap) / (card + gap)));
-    const float wide = std::floor((room - gap * static_cast<float>(columns - 1)) / static_cast<float>(columns));
+    const float wide =
+        std::floor((room - gap * static_cast<float>(columns - 1)) / static_cast<float>(columns));
     ImGui::BeginChild("cards", ImVec2(0, 0), false, ImGuiWindowFlags_NavFlattened);
     int level = -1, column = 0;
     for (std::size_t k = 0; k < options_.exercises.size() && screen_ == Screen::Chooser; ++k) {
@@ -155,13 +157,14 @@ void Play::draw_card(std::size_t k, float width, float picture) {
     else if (!best)
         text(palette::faint, "not tried yet");
     else
-        wrapped(best->passed > 0 ? palette::good : palette::caution,
-                best->reached == 0
-                    ? fmt::format("tried {}, not reached yet",
-                                  best->attempts == 1 ? "once" : fmt::format("{} times", best->attempts))
-                    : fmt::format("{}best {:.0f} points{}, {} of {} reached", best->passed > 0 ? "passed: " : "",
-                                  best->points, best->time ? fmt::format(", {:.1f} s", *best->time) : "",
-                                  best->reached, best->attempts));
+        wrapped(
+            best->passed > 0 ? palette::good : palette::caution,
+            best->reached == 0
+                ? fmt::format("tried {}, not reached yet",
+                              best->attempts == 1 ? "once" : fmt::format("{} times", best->attempts))
+                : fmt::format("{}best {:.0f} points{}, {} of {} reached", best->passed > 0 ? "passed: " : "",
+                              best->points, best->time ? fmt::format(", {:.1f} s", *best->time) : "",
+                              best->reached, best->attempts));
     ImGui::SetCursorPosY(picture + u(122) - ImGui::GetFrameHeight() - ImGui::GetStyle().WindowPadding.y);
     bool chosen = false, free = false, shows = false;
     if (opens) {

@@ -202,13 +202,13 @@ void Play::watch_attempt() {
 void Play::ask_debriefing() {
     if (debriefing_.valid() || !options_.make_debriefing) return;
     debriefing_text_ = "The debriefing is being made ...";
-    debriefing_ = std::async(std::launch::async,
-                             [make = options_.make_debriefing, recording = view_->recorded,
-                              scenario = session_->options().scenario, &stop = debriefing_stops_] {
-                                 std::filesystem::path page = make(recording, scenario, stop);
-                                 Window::wake();
-                                 return page;
-                             });
+    debriefing_ =
+        std::async(std::launch::async, [make = options_.make_debriefing, recording = view_->recorded,
+                                        scenario = session_->options().scenario, &stop = debriefing_stops_] {
+            std::filesystem::path page = make(recording, scenario, stop);
+            Window::wake();
+            return page;
+        });
 }
 
 void Play::watch_debriefing() {

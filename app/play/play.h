@@ -46,20 +46,20 @@ using MakeDebriefing = std::function<std::filesystem::path(
     const std::filesystem::path& recording, const scenario::Scenario&, const std::atomic<bool>& stop)>;
 
 struct PlayOptions {
-    std::vector<Exercise> exercises;         // in the order of the curriculum
-    std::optional<std::size_t> start;        // this scenario at once, without the chooser
-    std::vector<Replay> replays;             // shown one after the other, from the first
+    std::vector<Exercise> exercises;   // in the order of the curriculum
+    std::optional<std::size_t> start;  // this scenario at once, without the chooser
+    std::vector<Replay> replays;       // shown one after the other, from the first
     room::Learners learners;
-    std::optional<std::string> learner;      // who trains, "" is a guest; empty = to be chosen
-    std::optional<room::Attempts> record;    // where attempts are kept, in place of the learner's folder
-    std::filesystem::path measure;           // file; empty = none
-    std::filesystem::path settings;          // file that remembers the window's state
-    std::filesystem::path cache;             // folder of models
+    std::optional<std::string> learner;    // who trains, "" is a guest; empty = to be chosen
+    std::optional<room::Attempts> record;  // where attempts are kept, in place of the learner's folder
+    std::filesystem::path measure;         // file; empty = none
+    std::filesystem::path settings;        // file that remembers the window's state
+    std::filesystem::path cache;           // folder of models
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
-    bool open_all = false;              // every exercise is open, whatever was passed
-    script::Origin origin;              // of recordings: the program
+    bool open_all = false;  // every exercise is open, whatever was passed
+    script::Origin origin;  // of recordings: the program
     MakeDebriefing make_debriefing;
     std::function<void(const std::filesystem::path&)> show_page;  // in a browser. Throws io::InputError
     std::function<bool()> interrupted;  // asked several times a second; true closes the window

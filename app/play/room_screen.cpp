@@ -41,9 +41,9 @@ void Play::draw_room() {
     const float width = static_cast<float>(window_.width()), height = static_cast<float>(window_.height());
     const float strip = std::round(u(30)), column = std::round(u(render::readout_column_width));
     const float tall = height - strip;
-    // Live and reference are as large as each other where that leaves the live image most of its size, as on a
-    // console; else the reference stands between image and readouts, or in a corner of the image. What is left
-    // below it, or below both, shows the runs.
+    // Live and reference are as large as each other where that leaves the live image most of its size, as on
+    // a console; else the reference stands between image and readouts, or in a corner of the image. What is
+    // left below it, or below both, shows the runs.
     const float half = std::floor((width - column) / 2), spare = width - column - tall;
     const bool equal = half >= 0.75f * tall;
     const float beside = equal ? half : spare >= u(150) ? std::min(spare, tall) : 0;
@@ -54,7 +54,8 @@ void Play::draw_room() {
     if (beside > 0) {
         const float end = std::min(tall, beside + u(18));
         draw_reference({width - column - beside, 0, width - column, end});
-        draw_runs(equal ? Box{0, end, width - column, tall} : Box{width - column - beside, end, width - column, tall});
+        draw_runs(equal ? Box{0, end, width - column, tall}
+                        : Box{width - column - beside, end, width - column, tall});
     } else if (view_->reference) {
         const float side = 0.28f * std::min(image.right, tall);
         draw_reference({image.right - side - u(8), tall - side - u(84), image.right - u(8), tall - u(64)});
@@ -113,8 +114,8 @@ void Play::draw_image(const Box& area) {
 
     if (view_->phase == Phase::Paused && screen_ == Screen::Room) {
         list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), IM_COL32(14, 18, 21, 150));
-        marks.text({(left + side / 2) / unit, (top + side / 2) / unit - 12}, "PAUSED", Face::Title, palette::caution,
-                   Align::Centre);
+        marks.text({(left + side / 2) / unit, (top + side / 2) / unit - 12}, "PAUSED", Face::Title,
+                   palette::caution, Align::Centre);
     }
 
     // The mouse on the image acts as a hand on the wire.

@@ -291,8 +291,8 @@ void Window::begin_frame(float unit) {
     ImGui_ImplGlfw_NewFrame();
     // Enter acts as Space does, on what the keys have reached.
     ImGuiIO& io = ImGui::GetIO();
-    if (!io.WantTextInput && (ImGui::IsKeyDown(io.KeyMap[ImGuiKey_Enter]) ||
-                              ImGui::IsKeyDown(io.KeyMap[ImGuiKey_KeyPadEnter])))
+    if (!io.WantTextInput &&
+        (ImGui::IsKeyDown(io.KeyMap[ImGuiKey_Enter]) || ImGui::IsKeyDown(io.KeyMap[ImGuiKey_KeyPadEnter])))
         io.NavInputs[ImGuiNavInput_Activate] = 1;
     ImGui::NewFrame();
 }

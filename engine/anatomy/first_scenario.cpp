@@ -74,13 +74,13 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
         "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
         "[guidewire]\ndevice = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
         "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
-        io::toml_text(anatomy.name), io::toml_text(file.string()), io::toml_text(anatomy.ends[entry].opening.name),
-        decimal(inserted), wire.name,
+        io::toml_text(anatomy.name), io::toml_text(file.string()),
+        io::toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
         wire.diameter < 2 * narrowest
             ? ""
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
-        io::toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
-        decimal(isocentre.y()), decimal(isocentre.z()));
+        io::toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)),
+        decimal(isocentre.x()), decimal(isocentre.y()), decimal(isocentre.z()));
     if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.diameter); !obstacle.empty())
         text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);
     if (!anatomy.body)

@@ -69,9 +69,10 @@ std::vector<std::string> faults_of_solution(const scenario::Scenario& s, const A
     // The benchmark is near the solution: as a hand at the keys makes it.
     const auto is_near = [&](const char* key, double mean, double most) {
         if (mean >= most)
-            faults.push_back(fmt::format("the benchmark's {} of {:.4g} is far above the solution's; less than "
-                                         "{:.4g} is near it",
-                                         key, mean, most));
+            faults.push_back(
+                fmt::format("the benchmark's {} of {:.4g} is far above the solution's; less than "
+                            "{:.4g} is near it",
+                            key, mean, most));
     };
     is_near("completed_after_s", skilled.completed_after.mean(), 2.5 * *score.completed_after + 2);
     is_near("wire_travel_mm", skilled.wire_travel.mean(), 1.1 * score.wire_travel + 5);
@@ -85,7 +86,8 @@ scenario::Benchmark benchmark_for(const scenario::Scenario& s, const exercise::S
 
 std::vector<double> clumsy_points(const exercise::Exercise& start, const scenario::Benchmark& skilled) {
     std::vector<double> points;
-    for (unsigned seed = 1; seed <= clumsy_hands; ++seed) points.push_back(clumsy_attempt(start, skilled, seed));
+    for (unsigned seed = 1; seed <= clumsy_hands; ++seed)
+        points.push_back(clumsy_attempt(start, skilled, seed));
     return points;
 }
 

@@ -9,9 +9,10 @@
 
 namespace debrief {
 
-/// The page about the last story: grade, figures against those of skilled attempts, the expert's and the earlier stories', a time
-/// line, the tip's way over the vessels from two sides, errors with their pictures, and, from two attempts
-/// on, the learning curve. There must be a story; all are of one exercise. `expert` may be null.
+/// The page about the last story: grade, figures against those of skilled attempts, the expert's and the
+/// earlier stories', a time line, the tip's way over the vessels from two sides, errors with their pictures,
+/// and, from two attempts on, the learning curve. There must be a story; all are of one exercise. `expert`
+/// may be null.
 std::string page(std::span<const Story> stories, const Story* expert);
 
 }  // namespace debrief

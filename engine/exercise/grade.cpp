@@ -48,7 +48,8 @@ std::span<const Measure> measures() {
          [](const Score& s) { return s.air_kerma; }, true,
          "It is the dose to the patient's skin. Use fewer pulses a second, take short acquisitions, and take "
          "the foot off the pedal while you think.",
-         "not studied itself; fluoroscopy time, which makes most of it: yes, p = 0.005 (EuroIntervention 2006),"
+         "not studied itself; fluoroscopy time, which makes most of it: yes, p = 0.005 (EuroIntervention "
+         "2006),"
          " p < 0.01 (16 operators, renal), 24 operators (Simul Healthc 2013); no in 20 (Eur J Vasc Endovasc "
          "Surg 2011)"},
         {"area_product", "Kerma-area product", "Gy·cm²", 2, 15, 0.02, &Benchmark::area_product,
@@ -60,7 +61,8 @@ std::span<const Measure> measures() {
          [](const Score& s) { return Value(s.contrast); }, true,
          "Contrast harms kidneys. Take one good angiogram, make it the roadmap, and let it serve as long as "
          "table and C-arm stay.",
-         "yes: 89 cardiologists, p = 0.0008 (EuroIntervention 2006); 24 operators (Simul Healthc 2013). No in "
+         "yes: 89 cardiologists, p = 0.0008 (EuroIntervention 2006); 24 operators (Simul Healthc 2013). No "
+         "in "
          "20 (Eur J Vasc Endovasc Surg 2011)"},
         {"travel", "Travel of the devices", "mm", 0, 10, 10, &Benchmark::wire_travel,
          [](const Score& s) { return Value(s.wire_travel); }, false,
@@ -84,8 +86,10 @@ const char* const grade_formula =
     "100 points less what each line costs. A line costs nothing up to the mean of the skilled attempts, and "
     "most · (1 - √((mean + g) / (yours + g))) above it: twice the mean costs about 29 % of what the line can "
     "cost, four times 50 %, eight times 65 %. g is what does not matter: 1 s, 0.1 mGy, 0.02 Gy·cm², 5 ml, 10 "
-    "mm, 1 error. Where all skilled attempts took an angiogram, an attempt without one loses dose and contrast "
-    "whole, so that looking is never dearer than going blind. Each dissection of a wall costs 15 points, each "
+    "mm, 1 error. Where all skilled attempts took an angiogram, an attempt without one loses dose and "
+    "contrast "
+    "whole, so that looking is never dearer than going blind. Each dissection of a wall costs 15 points, "
+    "each "
     "perforation 50. Without the target there are no points, and never less than none.";
 
 Grade grade(const Score& score, const Benchmark& benchmark) {
@@ -102,8 +106,8 @@ Grade grade(const Score& score, const Benchmark& benchmark) {
             if (line.unseen)
                 line.cost = measure.most;
             else if (line.yours && *line.yours > *line.mean)
-                line.cost = measure.most * (1 - std::sqrt((*line.mean + measure.grain) /
-                                                          (*line.yours + measure.grain)));
+                line.cost = measure.most *
+                            (1 - std::sqrt((*line.mean + measure.grain) / (*line.yours + measure.grain)));
         }
         result.points -= line.cost;
         result.lines.push_back(line);

@@ -17,7 +17,7 @@ struct Measure {
     int digits;
     double most;   // points that it costs at most
     double grain;  // a difference that does not matter, in the unit
-    scenario::Sample scenario::Benchmark::* sample;
+    scenario::Sample scenario::Benchmark::*sample;
     std::optional<double> (*value)(const Score&);  // empty: not reached, or not measured
     bool of_looking;                               // what looking at the vessels costs
     const char* advice;                            // why it matters and what to do instead

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "engine/anatomy/clinical_names.h"
 #include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/clinical_names.h"
 #include "engine/exercise/open_field.h"
 #include "physics/wire/energy.h"
 

@@ -49,17 +49,21 @@ inline constexpr std::array<const char*, mishap_kinds> mishap_advice = {
     "A device that moves unseen can enter any branch. Press the pedal first, then move.",
     "The patient is irradiated and nothing is learnt. Take the foot off the pedal while you think: the last "
     "image stays on the screen.",
-    "What is fed in bows or loops somewhere, or the tip digs into the wall. Stop, pull back a little, turn, and "
+    "What is fed in bows or loops somewhere, or the tip digs into the wall. Stop, pull back a little, turn, "
+    "and "
     "try again.",
     "The wall can tear. Pull back until the force falls, and look where the device bears on it.",
-    "Nobody sees what the tip does. Move the table or open the collimator so that the tip stays in the image.",
+    "Nobody sees what the tip does. Move the table or open the collimator so that the tip stays in the "
+    "image.",
     "The way has to be found again. Hold the device, and push on no further once the tip is there.",
     "A jet against the wall can dissect it. Pull back or turn until the tip lies free, then inject.",
     "The map shows vessels where they were in another view. Take a new angiogram in this view, or go back to "
     "its view.",
-    "The end was pushed into the wall until its layers parted. Do not push against resistance; pull back, and "
+    "The end was pushed into the wall until its layers parted. Do not push against resistance; pull back, "
+    "and "
     "show it by contrast.",
-    "The end went through the wall: blood leaks out. Do not pull the wire out at once, call for help, and have "
+    "The end went through the wall: blood leaks out. Do not pull the wire out at once, call for help, and "
+    "have "
     "a balloon ready."};
 
 /// Of a mark's amount: how long, how much was fed in vain, the largest force, the largest distance.

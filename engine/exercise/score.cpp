@@ -23,11 +23,11 @@ int Score::wrong_entries() const {
 }
 
 void Score::state(geometry::StateStream& s) {
-    s(scenario, completed, completed_after, completion_time, beam_on_time, pulses, runs, views, air_kerma, area_product,
-      contrast, angiograms, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals, rotation, idle_share,
-      tip_path, path_efficiency, mean_tip_speed, spectral_arc_length, log_dimensionless_jerk, peak_wall_force,
-      mean_wall_force, time_over_force, wall_force_impulse, deepest, buckled_frames, tip_to_target,
-      wrong_branches, mishaps, duration, resets, frames, interrupted);
+    s(scenario, completed, completed_after, completion_time, beam_on_time, pulses, runs, views, air_kerma,
+      area_product, contrast, angiograms, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals,
+      rotation, idle_share, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
+      log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
+      buckled_frames, tip_to_target, wrong_branches, mishaps, duration, resets, frames, interrupted);
 }
 
 Scorer::Scorer(const Simulation& simulation)

@@ -86,8 +86,7 @@ public:
     void state(geometry::StateStream& s) {
         s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
           first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
-          frames_over_force_, force_sum_, mode_, views_, injects_, shown_,
-          last_injection_);
+          frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_);
     }
 
 private:

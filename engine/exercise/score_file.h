@@ -18,8 +18,8 @@ struct ScoreReport {
     scenario::Benchmark benchmark;
 };
 
-/// Keys carry units. The last attempt's figures stand at the top, with benchmark and grade where there is a benchmark;
-/// `earlier_attempts` holds those that a reset ended.
+/// Keys carry units. The last attempt's figures stand at the top, with benchmark and grade where there is a
+/// benchmark; `earlier_attempts` holds those that a reset ended.
 std::string to_json(const ScoreReport&);
 
 }  // namespace exercise

@@ -103,7 +103,8 @@ std::string toml_text(std::string_view text) {
 
 std::string toml_key(std::string_view text) {
     const auto bare = [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+               c == '-';
     };
     return !text.empty() && std::all_of(text.begin(), text.end(), bare) ? std::string(text) : toml_text(text);
 }

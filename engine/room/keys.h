@@ -123,8 +123,8 @@ using Key = int;
 const std::vector<std::string_view>& key_names();
 std::optional<Key> find_key(std::string_view name);
 /// What is shown for a key: what stands on it in the keyboard's layout, if it has a letter or sign that the
-/// panel's fonts have (Latin, Greek); letters in capitals, small signs by name ("Period"). Otherwise its name; keys of the keypad, whose
-/// signs others have too, and Space keep theirs.
+/// panel's fonts have (Latin, Greek); letters in capitals, small signs by name ("Period"). Otherwise its
+/// name; keys of the keypad, whose signs others have too, and Space keep theirs.
 std::string label_of(std::string_view name, std::string_view in_layout);
 
 struct InjectionPreset {

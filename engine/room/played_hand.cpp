@@ -91,10 +91,9 @@ double PlayedHand::decision_frames() {
 
 /// Before another kind of movement the hand takes its time, of which the frames that were idle are a part.
 void PlayedHand::add_group(std::vector<Motion> motions, int idle_frames) {
-    const bool goes_on =
-        motions.size() == before_.size() &&
-        std::equal(motions.begin(), motions.end(), before_.begin(),
-                   [](const Motion& a, const Motion& b) { return a.like(b); });
+    const bool goes_on = motions.size() == before_.size() &&
+                         std::equal(motions.begin(), motions.end(), before_.begin(),
+                                    [](const Motion& a, const Motion& b) { return a.like(b); });
     if (!goes_on || idle_frames > 0) {
         const int pause = static_cast<int>(std::lround(decision_frames())) - idle_frames;
         if (pause > 0) steps_.push_back({{}, {}, pause, true});
@@ -143,9 +142,10 @@ std::vector<script::Command> PlayedHand::next(const exercise::StepReport& last) 
         for (const Motion& motion : step.motions)
             whole = std::max(whole, std::abs(motion.amount) / motion.speed);
         const double middle = moving_ + frame_time_ / 2;
-        const double speed = !step.runs_up || speeds_.run_up <= 0
-                                 ? 1
-                                 : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / speeds_.run_up);
+        const double speed =
+            !step.runs_up || speeds_.run_up <= 0
+                ? 1
+                : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / speeds_.run_up);
         const double part = std::min(1 - share_, speed * frame_time_ / whole);
         for (const Motion& motion : step.motions) {
             const double amount = motion.amount * part;

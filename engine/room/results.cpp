@@ -52,7 +52,9 @@ void Results::add(const std::string& scenario, const exercise::Grade& grade, con
     if (file_.empty()) return;
     nlohmann::json json = nlohmann::json::object();
     for (const auto& [name, entry] : best_) {
-        json[name] = {{"attempts", entry.attempts}, {"reached", entry.reached}, {"points", entry.points},
+        json[name] = {{"attempts", entry.attempts},
+                      {"reached", entry.reached},
+                      {"points", entry.points},
                       {"passed", entry.passed}};
         if (entry.time) json[name]["time_s"] = *entry.time;
     }

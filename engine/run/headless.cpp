@@ -123,8 +123,8 @@ public:
         if (truth_) truth_->finish();
         if (angiograms_) angiograms_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
-        folder_.write_score(
-            exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.benchmark}));
+        folder_.write_score(exercise::to_json(
+            {origin.program, origin.learner, result.score, result.earlier, result.benchmark}));
         folder_.keep();
     }
 

@@ -28,9 +28,9 @@ void read_sample(io::Section& section, const BenchmarkFigure& figure, Benchmark&
         if (good) values.push_back(*value);
     }
     if (!good)
-        return section.refuse(figure.key, *node,
-                              fmt::format("{} numbers from 0 to {:g}, one for each attempt", into.attempts,
-                                          largest));
+        return section.refuse(
+            figure.key, *node,
+            fmt::format("{} numbers from 0 to {:g}, one for each attempt", into.attempts, largest));
     (into.*figure.sample).values = std::move(values);
 }
 
@@ -93,7 +93,8 @@ Benchmarks parse_benchmarks(const std::string& text, const std::string& file) {
     top.schema();
     Benchmarks read;
     for (const auto& [key, node] : root)
-        if (key.str() != "schema") read[std::string(key.str())] = read_benchmark(top.section(key.str(), true), file);
+        if (key.str() != "schema")
+            read[std::string(key.str())] = read_benchmark(top.section(key.str(), true), file);
     top.finish();
     reading.end();
     return read;
@@ -109,9 +110,10 @@ std::string to_toml(const Benchmarks& benchmarks) {
         "# What skilled attempts at these exercises came to: the measure of all others. Made by 'seldinger "
         "benchmark'.\nschema = 1\n";
     for (const auto& [name, benchmark] : benchmarks) {
-        text += fmt::format("\n[{}]\nby = {}\nattempts = {}\n", io::toml_key(name), io::toml_text(benchmark.by),
-                            benchmark.attempts);
-        if (benchmark.scenario != 0) text += fmt::format("scenario = \"{}\"\n", io::hash_text(benchmark.scenario));
+        text += fmt::format("\n[{}]\nby = {}\nattempts = {}\n", io::toml_key(name),
+                            io::toml_text(benchmark.by), benchmark.attempts);
+        if (benchmark.scenario != 0)
+            text += fmt::format("scenario = \"{}\"\n", io::hash_text(benchmark.scenario));
         for (const BenchmarkFigure& figure : benchmark_figures())
             if (const Sample& sample = benchmark.*figure.sample; sample.given())
                 text += fmt::format("{} = [{}]\n", figure.key, fmt::join(sample.values, ", "));

@@ -53,7 +53,7 @@ struct Benchmark {
 /// The figures of a benchmark as its file names them, in the file's order.
 struct BenchmarkFigure {
     std::string_view key;
-    Sample Benchmark::* sample;
+    Sample Benchmark::*sample;
 };
 const std::vector<BenchmarkFigure>& benchmark_figures();
 

@@ -38,7 +38,7 @@ struct SuggestedView {
 /// by.
 struct Lesson {
     static constexpr int levels = 4;
-    int level = 0;  // 1 to 4; 0 = outside the curriculum
+    int level = 0;           // 1 to 4; 0 = outside the curriculum
     std::string indication;  // the patient, and why this is done
     std::string briefing;
     std::vector<std::string> hints;

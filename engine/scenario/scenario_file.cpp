@@ -478,8 +478,7 @@ void add_to(geometry::Hash& hash, const toml::node& node) {
 /// Of what is played: words for people and limits change no state.
 std::uint64_t content_of(const toml::table& root, const Scenario& s) {
     toml::table played = root;
-    for (const std::string_view key : {"title", "lesson", "time_limit_s", "beam_limit_s"})
-        played.erase(key);
+    for (const std::string_view key : {"title", "lesson", "time_limit_s", "beam_limit_s"}) played.erase(key);
     geometry::Hash hash;
     add_to(hash, played);
     for (const PlacedDevice& placed : s.devices) hash.add(geometry::state_hash_of(placed.device));

@@ -466,8 +466,8 @@ private:
     CommandScript script_;
     io::TextPlace place_;
     std::string comment_;  // above the line that is read
-    int last_start_ = 0;  // first frame of the line before
-    int last_frame_ = 0;  // of any command or state so far
+    int last_start_ = 0;   // first frame of the line before
+    int last_frame_ = 0;   // of any command or state so far
     std::size_t refused_ = 0;
     std::vector<std::string> wrong_;
 };

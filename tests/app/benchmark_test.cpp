@@ -17,8 +17,8 @@ protected:
 TEST_F(BenchmarkCommand, OfATeachersOwnRecordingsGradesAllOthersFromThenOn) {
     succeeded(folder, s_bend_run(folder / "skilled/1", {"--frames", "none"}));
     succeeded(folder, s_bend_run(folder / "skilled/2", {"--frames", "none"}));
-    const auto made = succeeded(
-        folder, {"benchmark", folder / "skilled", "--by", "Dr Ada, two attempts", "--out", folder / "b.toml"});
+    const auto made = succeeded(folder, {"benchmark", folder / "skilled", "--by", "Dr Ada, two attempts",
+                                         "--out", folder / "b.toml"});
     expect_said(made.out, "s_bend: 2 attempts");
     expect_said(read(folder / "b.toml"), "Dr Ada, two attempts");
     // Without --out it goes to the user's data, and is used from then on.
@@ -31,8 +31,9 @@ TEST_F(BenchmarkCommand, OfATeachersOwnRecordingsGradesAllOthersFromThenOn) {
 
 TEST_F(BenchmarkCommand, OfPlayedAttemptsIsTheSameEveryTimeAndKeepsTheOthers) {
     write(folder / "b.toml", "schema = 1\n[other]\nby = \"x\"\nattempts = 1\n");
-    const std::vector<std::string> play = {"benchmark", "--played",           "2",     "--of", "straight",
-                                           "--out",     folder / "b.toml", "--keep", folder / "kept"};
+    const std::vector<std::string> play = {
+        "benchmark", "--played",        "2",      "--of",         "straight",
+        "--out",     folder / "b.toml", "--keep", folder / "kept"};
     succeeded(folder, play);
     const std::string first = read(folder / "b.toml");
     expect_said(first, "[other]");
@@ -59,8 +60,8 @@ TEST_F(BenchmarkCommand, WhatIsWrongIsRefusedAndNothingChanges) {
     EXPECT_EQ(read(folder / "b.toml"), "schema = 1\n[s_bend]\n");
     // An attempt that missed is none.
     write(folder / "miss.gw", "0 beam on\n1..5 advance 1 mm\n20 end\n");
-    run(folder, {"run", "s_bend", "--commands", folder / "miss.gw", "--frames", "none", "--out",
-                 folder / "missed"});
+    run(folder,
+        {"run", "s_bend", "--commands", folder / "miss.gw", "--frames", "none", "--out", folder / "missed"});
     const auto missed =
         run(folder, {"benchmark", folder / "missed", "--by", "x", "--out", folder / "c.toml"});
     EXPECT_EQ(missed.code, 2);

@@ -1,5 +1,5 @@
-/// Every exercise that ships: its solution is worth all points, forgives an inexact hand, and is clearly better
-/// than senseless motion. What that means is author's, which `seldinger author` asks too.
+/// Every exercise that ships: its solution is worth all points, forgives an inexact hand, and is clearly
+/// better than senseless motion. What that means is author's, which `seldinger author` asks too.
 
 #include <gtest/gtest.h>
 #include <map>

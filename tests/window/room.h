@@ -100,10 +100,14 @@ public:
             return now.first >= 0 && now != before;
         });
     }
-    /// From the briefing into the running exercise.
+    /// From the briefing into the running exercise, also where a tap that opened the briefing late has gone
+    /// on from there.
     bool start() {
         display.move_mouse(200, 200);
-        return reaches("ready") && tap_out_of("ready", "Return") && reaches("running");
+        return comes("the running exercise", [&] {
+            if (display.find("ready")) display.tap("Return");
+            return wait_until([&] { return display.find("running"); }, 3);
+        });
     }
     /// Ends the exercise, and says that it is meant.
     bool finish() {

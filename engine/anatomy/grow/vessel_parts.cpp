@@ -11,7 +11,7 @@ namespace {
 
 /// First and last part that the name stands for.
 std::optional<std::pair<std::size_t, std::size_t>> parts_named(std::string_view name,
-                                                           const std::vector<BranchPart>& parts) {
+                                                               const std::vector<BranchPart>& parts) {
     for (std::size_t first = 0; first < parts.size(); ++first) {
         std::string joined = parts[first].name;
         for (std::size_t last = first;;) {

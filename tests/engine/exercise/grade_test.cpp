@@ -114,12 +114,12 @@ TEST(Score, AnAngiogramIsAnInjectionThatAPulseShows) {
         return exercise.score().angiograms;
     };
     EXPECT_EQ(of("0 beam on\n2 inject 5 ml at 5 ml/s into tube\n40 end\n"), 1);
-    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n25 beam on\n40 end\n"), 1);    // a moment after
-    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n60 beam on\n70 end\n"), 0);    // it has gone by
-    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n70 end\n"), 0);                // nobody looked
-    EXPECT_EQ(of("0 beam on\n2 contrast 200 mg/ml\n40 end\n"), 0);                  // no injection
-    EXPECT_EQ(of("0 beam on\n2 inject 5 ml at 5 ml/s into tube\n60 inject 5 ml at 5 ml/s into tube\n90 end\n"),
-              2);
+    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n25 beam on\n40 end\n"), 1);  // a moment after
+    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n60 beam on\n70 end\n"), 0);  // it has gone by
+    EXPECT_EQ(of("2 inject 5 ml at 5 ml/s into tube\n70 end\n"), 0);              // nobody looked
+    EXPECT_EQ(of("0 beam on\n2 contrast 200 mg/ml\n40 end\n"), 0);                // no injection
+    EXPECT_EQ(
+        of("0 beam on\n2 inject 5 ml at 5 ml/s into tube\n60 inject 5 ml at 5 ml/s into tube\n90 end\n"), 2);
 }
 
 }  // namespace exercise

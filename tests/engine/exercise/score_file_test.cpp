@@ -35,7 +35,8 @@ std::string objections(const Json& score) {
 }
 
 Json report_of(const Exercise& exercise, const std::string& learner, const scenario::Benchmark& benchmark) {
-    return Json::parse(to_json({"test 1", learner, exercise.finish(), exercise.earlier_attempts(), benchmark}));
+    return Json::parse(
+        to_json({"test 1", learner, exercise.finish(), exercise.earlier_attempts(), benchmark}));
 }
 
 scenario::Benchmark two_attempts() {

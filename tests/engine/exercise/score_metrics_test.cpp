@@ -191,8 +191,8 @@ TEST(ScoreMetrics, APauseWorsensWhatTakesTime) {
     ASSERT_TRUE(quick.completed && slow.completed);
     EXPECT_EQ(changes(quick, slow),
               (std::set<std::string>{
-                  "beam_on_time_s", "completed_after_s", "completion_time_s", "duration_s", "frames", "idle_share",
-                  "log_dimensionless_jerk", "max_penetration_at",  // its frame
+                  "beam_on_time_s", "completed_after_s", "completion_time_s", "duration_s", "frames",
+                  "idle_share", "log_dimensionless_jerk", "max_penetration_at",  // its frame
                   "mean_wall_force_N", "pulses", "spectral_arc_length", "wall_force_impulse_N_s"}));
     EXPECT_GT(*slow.completion_time, *quick.completion_time);
     EXPECT_GT(slow.idle_share, quick.idle_share);
@@ -217,8 +217,9 @@ TEST(ScoreMetrics, ADetourWorsensWayAndTimeButNotTheRest) {
             .score;
     ASSERT_TRUE(straight.completed && detour.completed);
     const std::set<std::string> changed = changes(straight, detour);
-    for (const char* key : {"completed_after_s", "completion_time_s", "wire_travel_mm", "advanced_mm", "withdrawn_mm", "reversals",
-                            "back_and_forth_ratio", "tip_path_mm", "path_efficiency"})
+    for (const char* key :
+         {"completed_after_s", "completion_time_s", "wire_travel_mm", "advanced_mm", "withdrawn_mm",
+          "reversals", "back_and_forth_ratio", "tip_path_mm", "path_efficiency"})
         EXPECT_TRUE(changed.contains(key)) << key;
     for (const char* key : {"contrast_ml", "rotation_deg", "wrong_branches", "handling_errors", "views",
                             "dsa_runs", "resets", "completed", "buckled_frames"})

@@ -1,5 +1,4 @@
 #include "engine/room/attempts.h"
-#include "engine/room/learners.h"
 
 #include <gtest/gtest.h>
 #include <random>
@@ -7,6 +6,7 @@
 #include <thread>
 
 #include "engine/io/error.h"
+#include "engine/room/learners.h"
 #include "tests/engine/fixtures.h"
 
 namespace room {

@@ -35,7 +35,8 @@ TEST(Benchmark, WhatIsWrittenIsReadBackToTheBit) {
             for (const BenchmarkFigure& figure : benchmark_figures())
                 if (random() % 3)
                     for (int i = 0; i < made.attempts; ++i)
-                        (made.*figure.sample).values.push_back(std::ldexp(static_cast<double>(random()), -50));
+                        (made.*figure.sample)
+                            .values.push_back(std::ldexp(static_cast<double>(random()), -50));
         }
         const Benchmarks read = parse_benchmarks(to_toml(all), "x.toml");
         ASSERT_EQ(read.size(), all.size()) << "seed " << seed;
@@ -74,7 +75,8 @@ TEST(Benchmark, WhatIsWrongIsSaidWithItsLine) {
     test::expect_said(refusal("schema = 1\n[renal]\nby = \"x\"\nattempts = 1\npoints = [3]\n"), "points");
     test::expect_said(refusal("schema = 1\nrenal = 3\n"), "renal");
     test::expect_said(refusal("[renal]\nby = \"x\"\nattempts = 1\n"), "schema");
-    test::expect_said(refusal("schema = 1\n[renal]\nby = \"x\"\nattempts = 1\nscenario = \"7\"\n"), "16 digits");
+    test::expect_said(refusal("schema = 1\n[renal]\nby = \"x\"\nattempts = 1\nscenario = \"7\"\n"),
+                      "16 digits");
 }
 
 TEST(Benchmark, AScenarioHasThatOfItsFolderAndRefusesAPar) {
