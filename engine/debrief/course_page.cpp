@@ -23,6 +23,10 @@ const char* const course_style = R"style(
 small{color:var(--soft);display:block;font-weight:400}
 .matrix td:not(:first-child),.matrix thead th:not(:first-child){text-align:center;white-space:nowrap}
 .many thead th span{writing-mode:vertical-rl;transform:rotate(180deg)}
+.many{font-size:13px}
+.many td:first-child{min-width:200px}
+.many td:not(:first-child),.many th:not(:first-child){padding:4px 3px}
+.many td:not(:first-child) small{display:none}
 td.passed{background:#e2f1ec;color:var(--good);font-weight:600}
 td.late{background:#fff0cc;font-weight:600}
 td.text,th.text{text-align:left}

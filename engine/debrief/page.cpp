@@ -263,13 +263,24 @@ std::string wrong_ways(const Story& story) {
     return text;
 }
 
+/// With what clinicians call the branches that stand in quotes.
+std::string in_clinical_names(std::string text, const Story& story) {
+    for (const geometry::CentrelineBranch& branch : story.branches) {
+        const std::string quoted = "'" + branch.name + "'",
+                          named = "'" + anatomy::clinical_name(branch.name) + "'";
+        for (std::size_t at = text.find(quoted); at != text.npos; at = text.find(quoted, at + named.size()))
+            text.replace(at, quoted.size(), named);
+    }
+    return text;
+}
+
 /// Of the run and of the program, which are no errors of the hand.
 std::string notes(const Story& story) {
     if (story.notices.empty()) return "";
     std::string text =
         fmt::format("<details><summary>Notes on the run ({})</summary><ul>", story.notices.size());
     for (const std::string& notice : story.notices)
-        text += fmt::format("<li>{}</li>", io::html_escaped(notice));
+        text += fmt::format("<li>{}</li>", io::html_escaped(in_clinical_names(notice, story)));
     return text + "</ul></details>";
 }
 

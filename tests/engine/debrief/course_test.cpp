@@ -223,6 +223,20 @@ TEST(Course, AnExerciseWithoutBenchmarkIsPassedByReachingItsTarget) {
     expect_said(learner.costly()[0].what, "pushed against resistance (3 times)");
 }
 
+TEST(Course, WhatWasPassedOnceStaysPassedAndAMissedTargetNeverPasses) {
+    CoursePlan plan = parsed(example);
+    std::vector<CourseRow> rows = {attempt("Ada", "straight", 61), attempt("Ada", "straight", 10)};
+    const Standing standing = learners_of(rows, plan)[0].exercises[0];
+    EXPECT_TRUE(standing.passed);
+    EXPECT_EQ(standing.best, 61);
+    EXPECT_EQ(standing.last, 10);
+    plan.exercises[0].pass = 0;
+    rows = {attempt("Ada", "straight", 0)};
+    EXPECT_FALSE(learners_of(rows, plan)[0].exercises[0].passed);
+    rows[0].points.reset();
+    EXPECT_FALSE(learners_of(rows, plan)[0].exercises[0].passed);
+}
+
 TEST(Course, ThePageOfAThousandRandomRowsIsWhole) {
     std::mt19937 random(7);
     const auto below = [&random](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };

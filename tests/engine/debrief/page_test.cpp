@@ -81,12 +81,14 @@ TEST(Debrief, EveryFigureHasAMeaningAndAMissedAttemptIsBetterAtNothing) {
     EXPECT_EQ(count(page(std::span(&story, 1), nullptr), "class=\"worse\""), 0u);
 }
 
-TEST(Debrief, NotesOfTheRunStandAtTheEnd) {
+TEST(Debrief, NotesOfTheRunStandAtTheEndInClinicalNames) {
     Story story = *tell(test::small_scenario(), recording(clumsy), quick());
-    story.notices = {"segments of 2 mm were chosen"};
+    story.branches[0].name = "aorta+LCIA+LEIA+LCFA";
+    story.notices = {"segments of 2 mm were chosen: 'aorta+LCIA+LEIA+LCFA' is as narrow as 'LRA'"};
     const std::string html = page(std::span(&story, 1), nullptr);
     EXPECT_GT(html.find("segments of 2 mm"), html.find("What the figures mean"));
     test::expect_said(html, "Notes on the run (1)");
+    test::expect_said(html, "&#39;aorta to left common femoral artery&#39; is as narrow as &#39;LRA&#39;");
 }
 
 TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
