@@ -35,7 +35,8 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     scenario::Scenario scenario = test::small_scenario();
-    scenario.lesson.benchmark = {"two <people>", 2};
+    scenario.lesson.benchmark.by = "two <people>";
+    scenario.lesson.benchmark.attempts = 2;
     scenario.lesson.benchmark.completed_after.values = {2.0, 2.4};
     const std::vector<Story> stories = {
         *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),

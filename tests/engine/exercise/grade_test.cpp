@@ -45,7 +45,9 @@ TEST(Grade, TwiceFourAndEightTimesTheSkilledAreWorthLessAndLess) {
 }
 
 TEST(Grade, ALineCostsWhatTheFormulaSays) {
-    scenario::Benchmark skilled{"a test", 2};
+    scenario::Benchmark skilled;
+    skilled.by = "a test";
+    skilled.attempts = 2;
     skilled.completed_after.values = {8, 10};
     skilled.wrong_entries.values = {0, 0};
     skilled.errors.values = {0, 1};
