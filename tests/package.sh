@@ -31,7 +31,7 @@ grep -m 1 '^## [0-9]' "$source/CHANGELOG.md" | grep -q "^## ${version#seldinger 
 
 "$bin/seldinger" list >list.txt
 for scenario in "$source"/assets/scenarios/*.toml; do
-    grep -q "^$(basename "$scenario" .toml) " list.txt || fail "'list' lacks $(basename "$scenario" .toml)"
+    [ "$(basename "$scenario")" = benchmark.toml ] || grep -q "^$(basename "$scenario" .toml) " list.txt || fail "'list' lacks $(basename "$scenario" .toml)"
 done
 
 # The same attempt by the built program and by the installed one: the same states.

@@ -35,8 +35,10 @@ std::string view_text(const render::CArm& arm) {
 /// What a trainee reads before the start, line by line.
 Lines briefing(const scenario::Scenario& s) {
     Lines lines;
-    const std::string target =
-        s.target.name.empty() ? "the target on the map" : anatomy::clinical_name(s.target.name);
+    const std::string name = anatomy::clinical_name(s.target.name);
+    const std::string target = name.empty()            ? "the target on the map"
+                               : name == s.target.name ? name
+                                                       : "the " + name;
     lines.emplace_back(
         "Task", fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.",
                             script::name_of(s.target.device), target, s.target.radius, s.target.hold));

@@ -46,9 +46,8 @@ TEST_F(ModelsEnergy, IsBalancedOverChangesOfTheShaftsModel) {
     text = test::replaced(text, "inserted_mm = 20.0", "inserted_mm = 90.0");
     text = test::replaced(text, "frictionless = true", "friction = 0.2");
     text = test::replaced(text, "torsion = \"rigid\"", "torsion = \"auto\"");
-    const std::filesystem::path file = folder.path() / "bent.toml";
-    std::ofstream(file) << text;
-    studies::HandCourse course(with_assets(), {file.string()});
+    std::ofstream(folder.path() / "bent.toml") << text;
+    studies::HandCourse course(with_assets(), {(folder.path() / "bent").string()});
     course.feed(40);
     course.turn(1);
     course.feed(40);

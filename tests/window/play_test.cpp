@@ -154,7 +154,7 @@ TEST(Play, AnExerciseOfOnesOwnIsInTheChooserAndShowsItsSolution) {
     TemporaryFolder own;
     write(own / "aaa.toml", std::string(small_toml) + "[lesson]\nlevel = 1\n");
     write(own / "aaa.gw", "0 beam on\n1..60 advance 1 mm\n75 end\n");
-    Room room(1280, 800, {"--exercises", own.path().string()});
+    Room room(1280, 800, {"--exercises", own.path().string(), "--learner", "Ada"});
     ASSERT_TRUE(room.reaches("choose"));
     // Over "Exercise" and "Free practice" to "Show me".
     for (int k = 0; k < 2; ++k) ASSERT_TRUE(room.mark_next("Right"));
@@ -248,8 +248,9 @@ TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
         ASSERT_TRUE(room.comes("the last page",
                                [&] { return columns_of(room.display.screenshot(), button_ink).first >= 0; }));
         room.picture(fmt::format("end-{}", exercise));
-        // Marks "Again".
+        // To the second row of buttons, and back to "Again".
         ASSERT_TRUE(room.tap_until("Down", "a mark", [&] { return room.marked().first >= 0; }));
+        ASSERT_TRUE(room.mark_next("Up"));
     };
     const auto types = [&](const std::vector<std::string>& letters) {
         for (const std::string& letter : letters) room.display.tap(letter);

@@ -32,7 +32,7 @@ def assets() -> Path:
 
 def scenarios() -> list[str]:
     """Names of the scenarios that ship, in alphabetical order."""
-    return sorted(path.stem for path in (assets() / "scenarios").glob("*.toml"))
+    return sorted(path.stem for path in (assets() / "scenarios").glob("*.toml") if path.name != "benchmark.toml")
 
 
 def default_cache() -> Path:

@@ -282,7 +282,10 @@ TEST(Injury, CostsPointsByItsKindAndIsNoErrorOfHandlingBesides) {
     score.mishaps.resize(3);
     score.mishaps[1].kind = Mishap::Dissection;
     score.mishaps[2].kind = Mishap::Perforation;
-    EXPECT_DOUBLE_EQ(grade(score, {}).points, 100 - 4 - 15 - 50);
+    EXPECT_DOUBLE_EQ(grade(score, {}).points, 100 - 15 - 50);
+    scenario::Benchmark skilled;
+    skilled.errors.values = {0};
+    EXPECT_DOUBLE_EQ(grade(score, skilled).lines[6].cost, 20 * (1 - std::sqrt(0.5)));  // of the one error
     score.mishaps[1].kind = Mishap::Perforation;
     EXPECT_DOUBLE_EQ(grade(score, {}).points, 0);
 }
