@@ -78,7 +78,8 @@ const std::map<std::string, Names> third_party = {
     {"backends", {"app/play"}},  // of ImGui
     {"GLFW", {"app/play", "app/play/gl.h"}},
     {"assimp", {"engine/anatomy"}},
-    {"toml++", {"engine/anatomy/grow", "engine/debrief", "engine/io", "engine/room", "engine/run", "engine/scenario"}},
+    {"toml++",
+     {"engine/anatomy/grow", "engine/debrief", "engine/io", "engine/room", "engine/run", "engine/scenario"}},
     {"nlohmann",
      {"engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/episode",
       "engine/exercise", "engine/room", "engine/run", "engine/studies"}},

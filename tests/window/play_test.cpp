@@ -156,7 +156,8 @@ TEST(Play, AnExerciseOfOnesOwnIsInTheChooserAndShowsItsSolution) {
     write(own / "aaa.gw", "0 beam on\n1..60 advance 1 mm\n75 end\n");
     Room room(1280, 800, {"--exercises", own.path().string(), "--learner", "Ada"});
     ASSERT_TRUE(room.reaches("choose"));
-    // Over "Exercise" and "Free practice" to "Show me".
+    // From what is next for her to the first card, and over "Exercise" and "Free practice" to "Show me".
+    ASSERT_TRUE(room.mark_next("Down"));
     for (int k = 0; k < 2; ++k) ASSERT_TRUE(room.mark_next("Right"));
     room.picture("chooser-own");
     ASSERT_TRUE(room.tap_out_of("choose", "space"));
@@ -281,7 +282,10 @@ TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
     ASSERT_TRUE(room.reaches("learner"));
     room.picture("learner");
     ASSERT_TRUE(room.comes("the second learner", [&] {
-        for (int k = 0; k < 2; ++k) room.mark_next("Down");  // "Guest", then the field
+        for (int k = 0; k < 2; ++k) {  // "Guest", then the field
+            room.display.tap("Down");
+            sleep_for(0.5);
+        }
         types({"Return", "b", "e", "n", "Return"});
         return wait_until([&] { return room.display.find("choose"); }, 3);
     }));

@@ -187,7 +187,7 @@ TEST(Standard, TellsWhatASolutionLacks) {
     EXPECT_EQ(faults(1.02), "");
     test::expect_said(faults(6), "the benchmark's completed_after_s of");
     test::expect_said(faults(4), "the benchmark's wire_travel_mm of");
-    test::expect_said(faults(0.5), "points by the benchmark");
+    test::expect_said(faults(0.1), "points by the benchmark");
 }
 
 }  // namespace author
