@@ -55,6 +55,9 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
                 arguments.keep.empty() ? std::filesystem::path()
                                        : std::filesystem::path(arguments.keep) /
                                              fmt::format("{}-{:03}.gw", attempts.scenario.name, k + 1);
+            if (std::error_code ignored; !keep.empty() && std::filesystem::exists(keep, ignored))
+                throw io::InputError("--keep: {} is there already: expected a folder without it",
+                                     keep.string());
             const auto score = played_attempt(attempts.scenario, *solution,
                                               arguments.seed + static_cast<std::uint64_t>(k), cache, keep);
             if (!score) return std::nullopt;

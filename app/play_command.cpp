@@ -89,6 +89,11 @@ std::filesystem::path debriefing_of(const std::filesystem::path& recording,
         }
     }
     const std::filesystem::path page = std::filesystem::path(recording).replace_extension(".html");
+    if (std::filesystem::exists(page, ignored) &&
+        io::read_text(page, "page", "a debriefing is accepted").find("<title>Debriefing") ==
+            std::string::npos)
+        throw io::InputError("{}: expected nothing or an earlier debriefing there, found another file",
+                             page.string());
     io::write_whole(page, debrief::page(stories, nullptr));
     return page;
 }

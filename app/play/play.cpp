@@ -219,7 +219,7 @@ void Play::watch_debriefing() {
         const std::filesystem::path page = debriefing_.get();
         debriefing_text_ = fmt::format("Debriefing: {}", page.string());
         options_.show_page(page);
-    } catch (const io::InputError& error) {
+    } catch (const std::exception& error) {
         debriefing_text_ += fmt::format("{}{}", debriefing_text_.empty() ? "" : "\n", error.what());
     }
 }

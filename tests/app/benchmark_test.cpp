@@ -38,6 +38,10 @@ TEST_F(BenchmarkCommand, OfPlayedAttemptsIsTheSameEveryTimeAndKeepsTheOthers) {
     const std::string first = read(folder / "b.toml");
     expect_said(first, "[other]");
     expect_said(first, "[straight]");
+    // What was kept is not replaced.
+    const std::string kept = read(folder / "kept/straight-001.gw");
+    expect_refused(run(folder, play), "straight-001.gw is there already");
+    EXPECT_EQ(read(folder / "kept/straight-001.gw"), kept);
     std::filesystem::remove_all(folder / "kept");
     expect_said(succeeded(folder, play).out, "in place of earlier ones");
     EXPECT_EQ(read(folder / "b.toml"), first);
