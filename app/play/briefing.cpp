@@ -129,7 +129,11 @@ void Play::draw_briefing() {
                 first(Action::Advance), first(Action::Withdraw), first(Action::RotateLeft),
                 first(Action::RotateRight), first(Action::Fluoroscopy), first(Action::Acquisition),
                 first(Action::Roadmap), first(Action::Reference),
-                s.devices.size() > 1 ? ", the left hand has keys of its own" : "", first(Action::Help)));
+                s.devices.size() > 1 ? fmt::format(", left hand {} {} and {} {}", first(Action::LeftAdvance),
+                                                   first(Action::LeftWithdraw), first(Action::LeftRotateLeft),
+                                                   first(Action::LeftRotateRight))
+                                     : "",
+                first(Action::Help)));
     ImGui::Dummy(ImVec2(0, u(4)));
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) {
         draw_progress();

@@ -26,7 +26,6 @@ void Play::draw_events() {
         if (score.frames > 0) text(palette::good, "No error of handling, no wrong branch.");
         return;
     }
-    const double rate = session_->options().scenario.frame_rate;
     for (std::size_t k = 0; k < score.mishaps.size(); ++k) {
         const exercise::MishapMark& mark = score.mishaps[k];
         const auto kind = static_cast<std::size_t>(mark.kind);
@@ -47,9 +46,7 @@ void Play::draw_events() {
                             anatomy::clinical_name(branch.name),
                             branch.entries == 1 ? "once" : fmt::format("{} times", branch.entries),
                             branch.seconds));
-    if (!score.mishaps.empty())
-        wrapped(palette::faint,
-                fmt::format("A time opens the images of its moment; {:g} frames a second.", rate));
+    if (!score.mishaps.empty()) wrapped(palette::faint, "A time opens the images of its moment.");
 }
 
 void Play::draw_grade() {
@@ -67,7 +64,7 @@ void Play::draw_grade() {
     }
     const exercise::Grade made = grade_ ? *grade_ : exercise::grade(score, skilled);
     if (ImGui::BeginTable("score", 4, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
-        for (const float share : {4.4f, 1.9f, 2.6f, 1.1f})
+        for (const float share : {4.0f, 2.0f, 3.1f, 0.9f})
             ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
         // Not as headers, which keys could reach between the buttons.
         ImGui::TableNextRow();

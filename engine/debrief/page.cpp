@@ -256,7 +256,7 @@ std::string wrong_ways(const Story& story) {
     std::string text;
     for (const exercise::WrongBranch& branch : story.score.wrong_branches)
         text += fmt::format(
-            "<p class=\"note\">The tip went into {} {} time{}, and was there for {:.1f}&nbsp;s: it does "
+            "<p class=\"note\">The tip went into the {} {} time{}, and was there for {:.1f}&nbsp;s: it does "
             "not lead to the target.</p>",
             io::html_escaped(anatomy::clinical_name(branch.name)), branch.entries,
             branch.entries == 1 ? "" : "s", branch.seconds);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/clinical_names.h"
 #include "engine/exercise/simulation.h"
 #include "physics/wall/past_end.h"
 
@@ -70,10 +71,10 @@ std::string source_of(const Injury& injury) {
 
 std::string sentence(const Injury& injury, const Simulation& simulation) {
     return fmt::format(
-        "The {} has {} {} {:.0f} mm from its origin: it pressed with {:.3g} N, the wall bears {:.3g} N",
+        "The {} has {} the {} {:.0f} mm from its origin: it pressed with {:.3g} N, the wall bears {:.3g} N",
         script::name_of(injury.device), injury.kind == InjuryKind::Perforation ? "perforated" : "dissected",
-        simulation.anatomy().branches[static_cast<std::size_t>(injury.branch)].name, injury.along,
-        injury.force, injury.threshold);
+        anatomy::clinical_name(simulation.anatomy().branches[static_cast<std::size_t>(injury.branch)].name),
+        injury.along, injury.force, injury.threshold);
 }
 
 int Injuries::count(InjuryKind kind) const {

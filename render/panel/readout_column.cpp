@@ -299,8 +299,10 @@ void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
     row(canvas, area, y, "Inserted", inserted + " mm");
     bar(canvas, area, y + 18.0f, share_of(length, whole), palette::calm);
     y += 28.0f;
-    row(canvas, area, y, "Tip to target", figure_text(r.tip_to_target, 1) + " mm");
-    y += 21.0f;
+    if (is_known(r.tip_to_target)) {
+        row(canvas, area, y, "Tip to target", figure_text(r.tip_to_target, 1) + " mm");
+        y += 21.0f;
+    }
 
     constexpr float radius = 27.0f;
     twist_dial(canvas, {area.left + radius + 1.0f, y + radius}, radius, twist);

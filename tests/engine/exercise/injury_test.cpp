@@ -341,7 +341,7 @@ TEST_F(InjuryRun, FromAPushToTheScoreTheNoticeTheTruthAndTheStainInTheImage) {
     EXPECT_NEAR(mark["threshold_N"].get<double>(), by_hand(0.84, wire_diameter), 0.05);
     test::expect_said(mark["threshold_source"].get<std::string>(), "docs/injury.md");
     const bool told = std::any_of(result.notices.begin(), result.notices.end(), [](const std::string& text) {
-        return text.find("The wire has perforated v") != std::string::npos;
+        return text.find("The wire has perforated the v") != std::string::npos;
     });
     EXPECT_TRUE(told);
 
