@@ -131,7 +131,7 @@ void print_standard(const Found& found, const scenario::ExerciseFiles& out,
     if (!author::all_reach(found.attempts)) said.push_back("not all of the ten hands reach");
     for (const std::string& missing : author::missing_of_lesson(out, scenario))
         said.push_back(missing + " is missing");
-    for (std::size_t k = 0; k < found.clumsy.size(); ++k)
+    for (std::size_t k = 0; k < found.clumsy.size() && !scenario.lesson.guided(); ++k)
         if (found.clumsy[k] > author::most_clumsy_points)
             said.push_back(fmt::format("senseless hands {} get {:.0f} points; up to {:g} are right", k + 1,
                                        found.clumsy[k], author::most_clumsy_points));
@@ -141,10 +141,12 @@ void print_standard(const Found& found, const scenario::ExerciseFiles& out,
 }
 
 /// A benchmark of played attempts beside the scenario, unless it has one that people made, or one of this
-/// state of the exercise. Throws Interrupted, and has written nothing.
+/// state of the exercise, or is a guided lesson, which nothing is judged in. Throws Interrupted, and has
+/// written nothing.
 void add_benchmark_of(scenario::Scenario& scenario, const script::CommandScript& solution,
                       const std::filesystem::path& folder, const anatomy::ModelCache& cache) {
     const scenario::Benchmark& known = scenario.lesson.benchmark;
+    if (scenario.lesson.guided()) return;
     if (known.given() && (known.by != by_a_program || known.scenario == scenario.content)) return;
     std::vector<exercise::Score> reached;
     for (std::uint64_t seed = 1; seed <= usual_attempts; ++seed) {

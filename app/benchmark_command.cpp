@@ -37,7 +37,7 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
     std::vector<std::string> names = arguments.exercises;
     if (names.empty())
         for (const LoadedExercise& one : loaded(exercise_folders(arguments.folders).all()))
-            if (!one.files.solution.empty()) names.push_back(one.files.name);
+            if (!one.files.solution.empty() && !one.scenario.lesson.guided()) names.push_back(one.files.name);
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     ProgressBar bar;
@@ -81,6 +81,11 @@ std::optional<std::vector<Attempts>> read_recordings(const BenchmarkArguments& a
         const script::CommandScript recording = script::load_commands(files[k]);
         if (recording.origin && recording.origin->free_practice) {
             tell("note: {}: free practice, and no attempt\n", files[k].string());
+            continue;
+        }
+        if (recording.origin && !recording.origin->patient.empty()) {
+            tell("note: {}: of patient {}; benchmarks are of the first\n", files[k].string(),
+                 recording.origin->patient);
             continue;
         }
         const scenario::Scenario scenario = scenario_of(recording, {{}, arguments.folders});

@@ -196,8 +196,9 @@ std::filesystem::path catalogue() {
     return assets() / "devices";
 }
 
-scenario::Scenario load_exercise(const std::filesystem::path& file, const std::vector<std::string>& set) {
-    scenario::Scenario scenario = scenario::load_scenario(file, catalogue(), overrides_of(set));
+scenario::Scenario load_exercise(const std::filesystem::path& file, const std::vector<std::string>& set,
+                                 const std::string& patient) {
+    scenario::Scenario scenario = scenario::load_scenario(file, catalogue(), overrides_of(set), patient);
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
         if (scenario::Benchmark own = scenario::benchmark_in(folder, scenario.name); own.given())
             scenario.lesson.benchmark = std::move(own);
@@ -236,12 +237,15 @@ std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>& a
 }
 
 scenario::Scenario scenario_named(const ScenarioChoice& choice, const std::vector<std::string>& set) {
-    return load_exercise(exercise_named(choice).file, set);
+    return load_exercise(exercise_named(choice).file, set, choice.patient);
 }
 
 scenario::Scenario scenario_of(const script::CommandScript& recording, const ScenarioChoice& choice) {
-    if (!choice.named.empty()) return scenario_named(choice);
-    return load_exercise(exercise_folders(choice.exercises).of_recording(recording, catalogue()).file);
+    const std::string patient =
+        !choice.patient.empty() || !recording.origin ? choice.patient : recording.origin->patient;
+    if (!choice.named.empty()) return scenario_named({choice.named, choice.exercises, patient});
+    return load_exercise(exercise_folders(choice.exercises).of_recording(recording, catalogue()).file, {},
+                         patient);
 }
 
 std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles& exercise,
@@ -259,6 +263,13 @@ void add_exercises(CLI::App* parser, std::vector<std::string>& folders, const ch
         ->allow_extra_args(false);
 }
 
+void add_patient(CLI::App* parser, ScenarioChoice& choice) {
+    parser->add_option(
+        "--patient", choice.patient,
+        "Another patient of the exercise: a number in its list ('seldinger list NAME'), or seed:17 "
+        "for one drawn from a seed");
+}
+
 void add_scenario(CLI::App* parser, ScenarioChoice& choice) {
     parser->add_option("scenario", choice.named, "A scenario file (.toml), or the name of an exercise")
         ->required();
@@ -269,6 +280,7 @@ void add_scenario_of_recording(CLI::App* parser, ScenarioChoice& choice) {
     parser->add_option("--scenario", choice.named,
                        "The scenario it was recorded in, where that is not found: a file (.toml)");
     add_exercises(parser, choice.exercises);
+    add_patient(parser, choice);
 }
 
 void add_cache_folder(CLI::App* parser, std::string& folder, const char* otherwise) {

@@ -96,6 +96,7 @@ void report_on(ProgressBar&, anatomy::ModelCache&);
 struct ScenarioChoice {
     std::string named;                   // a file (.toml), or the name of an exercise
     std::vector<std::string> exercises;  // folders of --exercises
+    std::string patient = {};            // of --patient; empty: the first, or a recording's
 };
 /// Where exercises are: what ships, the user's own, the folders named. Throws InputError.
 scenario::ExerciseFolders exercise_folders(const std::vector<std::string>& named = {});
@@ -116,7 +117,8 @@ struct LoadedExercise {
 /// not be loaded, and what stands behind another of its name.
 std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>&);
 /// The scenario in the file, measured by the user's own benchmark where there is one. Throws InputError.
-scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {});
+scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {},
+                                 const std::string& patient = {});
 /// The script in the file, or without a name the exercise's solution, if any. Throws InputError.
 std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles&, const std::string& named);
 
@@ -132,9 +134,11 @@ std::filesystem::path assets();
 
 /// Adds --exercises, which may have an older name too.
 void add_exercises(CLI::App*, std::vector<std::string>& folders, const char* names = "--exercises");
+/// Adds --patient, of an exercise.
+void add_patient(CLI::App*, ScenarioChoice&);
 /// Adds the argument that scenario_named() takes, which has to be given, and --exercises.
 void add_scenario(CLI::App*, ScenarioChoice&);
-/// Adds --scenario, of recordings, and --exercises.
+/// Adds --scenario, of recordings, --exercises and --patient.
 void add_scenario_of_recording(CLI::App*, ScenarioChoice&);
 /// Adds --cache, the folder for what is made of vessels, and says which it is without one.
 void add_cache_folder(CLI::App*, std::string& folder, const char* otherwise = "the user's");

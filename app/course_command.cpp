@@ -136,7 +136,8 @@ int course(const CourseArguments& arguments) {
     io::require_distinct(outputs, inputs);
     debrief::CourseOptions options;
     options.scenario = [&](const script::CommandScript& recording) {
-        return load_exercise(folders.of_recording(recording, catalogue()).file);
+        return load_exercise(folders.of_recording(recording, catalogue()).file, {},
+                             recording.origin->patient);
     };
     const debrief::CoursePlan plan = plan_of(arguments, folders);
     const io::OwnFolder own(out);

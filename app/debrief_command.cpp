@@ -69,7 +69,9 @@ std::vector<Page> pages_of(const std::filesystem::path& folder, const DebriefArg
             continue;
         }
         learners.insert(recording.origin->learner);
-        groups[{recording.origin->learner, recording.origin->scenario}].push_back(std::move(recording));
+        const script::Origin& origin = *recording.origin;
+        const std::string patient = origin.patient.empty() ? "" : "-patient-" + origin.patient;
+        groups[{origin.learner, origin.scenario + patient}].push_back(std::move(recording));
     }
     if (groups.empty())
         throw io::InputError("{}: expected recordings of attempts, found none", folder.string());

@@ -105,6 +105,11 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
                          std::abs(view.lao) / geometry::degree, view.cranial < 0 ? "caudal" : "cranial",
                          std::abs(view.cranial) / geometry::degree, view.shows));
     for (const std::string& hint : s.lesson.hints) line("hint", hint);
+    for (std::size_t k = 0; k < s.lesson.patients.size(); ++k)
+        line("patient", fmt::format("{}: {}{}{}", k + 2, s.lesson.patients[k].who,
+                                    s.lesson.patients[k].indication.empty() ? "" : ": ",
+                                    s.lesson.patients[k].indication));
+    for (const scenario::LessonStep& step : s.lesson.steps) line("step", step.text);
     for (const anatomy::VesselEnd& end : anatomy.ends)
         line("end", fmt::format("{:<28} radius {:.1f} mm", end.opening.name, end.opening.radius));
     for (const geometry::CentrelineBranch& branch : anatomy.branches)

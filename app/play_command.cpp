@@ -154,6 +154,9 @@ int play(const PlayArguments& arguments) {
         return debriefing_of(recording, scenario, cache, stop);
     };
     options.show_page = show_page;
+    options.of_patient = [](const Exercise& exercise, const std::string& patient) {
+        return load_exercise(exercise.file, {}, patient);
+    };
     if (const auto folder = user_folder("XDG_CONFIG_HOME", ".config"); !folder.empty())
         options.settings = folder / "room";
 
@@ -177,11 +180,17 @@ int play(const PlayArguments& arguments) {
         for (const std::filesystem::path& file : script::recordings_of(arguments.replay)) {
             script::CommandScript recording = script::load_commands(file);
             const std::size_t place = place_of(file_of(recording, arguments.scenario));
-            run::check(options.exercises[place].scenario, recording);
+            const std::string patient = recording.origin ? recording.origin->patient : "";
+            run::check(patient.empty() ? options.exercises[place].scenario
+                                       : options.of_patient(options.exercises[place], patient),
+                       recording);
             options.replays.push_back({place, std::move(recording)});
         }
     } else if (!arguments.scenario.named.empty()) {
         options.start = place_of(exercise_named(arguments.scenario).file);
+        options.patient = arguments.scenario.patient == "1" ? "" : arguments.scenario.patient;
+        if (!options.patient.empty())  // before a window opens
+            static_cast<void>(options.of_patient(options.exercises[*options.start], options.patient));
     }
     Window window(options.width, options.height, "Seldinger");
     const bool differed = Play(window, std::move(options)).run();
@@ -207,6 +216,7 @@ Command add_play(CLI::App& parser) {
     command->add_option("scenario", arguments->scenario.named,
                         "A scenario file (.toml), or the name of an exercise; else there is a choice");
     add_exercises(command, arguments->scenario.exercises);
+    add_patient(command, arguments->scenario);
     command->add_option("--record", arguments->record,
                         "Folder that keeps every attempt as a recording (.gw) of its own, or the file of the "
                         "first; else a folder of the user's for each learner");

@@ -39,7 +39,7 @@ struct RunArguments {
 
 int run_scenario(const RunArguments& arguments) {
     const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
-    const scenario::Scenario scenario = load_exercise(files.file, arguments.set);
+    const scenario::Scenario scenario = load_exercise(files.file, arguments.set, arguments.scenario.patient);
     std::optional<std::string> typed;
     if (arguments.commands == "-") {
         typed = std::string(std::istreambuf_iterator<char>(std::cin), {});
@@ -115,6 +115,7 @@ Command add_run(CLI::App& parser) {
     CLI::App* command =
         parser.add_subcommand("run", "Run a scenario from a file of commands, without a display");
     add_scenario(command, arguments->scenario);
+    add_patient(command, arguments->scenario);
     command
         ->add_option(
             "--commands", arguments->commands,

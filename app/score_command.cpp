@@ -133,7 +133,8 @@ int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
     const Replayed played = replayed(file, arguments);
     const run::RunResult& result = played.result;
     const script::Origin origin = played.recording.origin.value_or(script::Origin());
-    print("{}: {}{}\n", file.string(), played.scenario.title,
+    const std::string patient = played.scenario.patient_text();
+    print("{}: {}{}{}\n", file.string(), played.scenario.title, patient.empty() ? "" : ", " + patient,
           origin.learner.empty() ? "" : ", by " + origin.learner);
     const double simulated = result.frames / played.scenario.frame_rate;
     print("{} frames, {} states compared, {}; {:.0f} times as fast as it was played\n\n", result.frames,
@@ -142,6 +143,8 @@ int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
     for (std::size_t k = 0; k < result.earlier.size(); ++k)
         print("attempt {}: {}\n", k + 1, result.earlier[k].completed ? "reached" : "not reached");
     print_score(result.score, result.benchmark);
+    if (!patient.empty() && result.benchmark.given())
+        print("  The skilled attempts are of the first patient.\n");
     if (!arguments.out.empty())
         io::write_whole(arguments.out, exercise::to_json({origin.program, origin.learner, result.score,
                                                           result.earlier, result.benchmark}));

@@ -162,6 +162,7 @@ Command add_serve(CLI::App& parser) {
         "serve",
         "An exercise for a program in any language: commands on standard input, states as JSON lines");
     add_scenario(command, arguments->scenario);
+    add_patient(command, arguments->scenario);
     command->add_option("--set", arguments->set, "KEY=VALUE in place of the scenario's; again for more");
     add_cache_folder(command, arguments->cache);
     command->add_option("--keep", arguments->keep, "The most states that 'keep' keeps, each of 30 to 100 kB")

@@ -61,6 +61,12 @@ Lines briefing(const scenario::Scenario& s) {
 
 /// How the attempt is judged.
 std::string judgement(const scenario::Scenario& s) {
+    if (s.lesson.guided())
+        return fmt::format(
+            "A guided lesson of {} steps: nothing is judged, and it is passed when all of them were done and "
+            "the "
+            "target is reached.",
+            s.lesson.steps.size());
     const scenario::Benchmark& skilled = s.lesson.benchmark;
     if (!skilled.given())
         return "There is no benchmark yet, and so no points: 'seldinger benchmark' makes one of recordings.";
@@ -70,6 +76,7 @@ std::string judgement(const scenario::Scenario& s) {
             words += fmt::format("{}{} {}", words.ends_with(": ") ? "" : ", ", line.measure->name,
                                  exercise::skilled_text(line));
     if (skilled.angiograms.least() >= 1) words += "; all of them took an angiogram";
+    if (!s.patient.empty()) words += ". These were at the first patient";
     return words + fmt::format(". {:.0f} points pass.", room::pass_mark);
 }
 
@@ -89,6 +96,30 @@ void draw_lines(const char* name, const Lines& lines, float first) {
 
 }  // namespace
 
+/// Buttons for the exercise's patients; the one that was chosen now.
+std::optional<std::string> Play::draw_patients() {
+    const std::vector<scenario::LessonPatient>& others = session_->options().scenario.lesson.patients;
+    if (others.empty() || !session_->options().scenario.places.contains("anatomy.preset")) return {};
+    const room::BestResult* best = results_.find(session_->options().scenario.name);
+    std::optional<std::string> chosen;
+    text(palette::label, "Patient");
+    for (std::size_t k = 0; k <= others.size(); ++k) {
+        const std::string word = k == 0 ? "" : std::to_string(k + 1);
+        std::string words = k == 0 ? "the first" : fmt::format("{}: {}", word, others[k - 1].who);
+        if (best)
+            if (const auto found = best->patients.find(word); found != best->patients.end())
+                words += fmt::format(" ({} of {} reached)", found->second.reached, found->second.attempts);
+        const float wide = ImGui::CalcTextSize(words.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
+        ImGui::SameLine();
+        if (ImGui::GetContentRegionAvail().x < wide) ImGui::NewLine();
+        const bool is_this = word == patient_;
+        if (is_this) ImGui::PushStyleColor(ImGuiCol_Button, tint(palette::with_alpha(palette::good, 110)));
+        if (ImGui::SmallButton(words.c_str()) && !is_this) chosen = word;
+        if (is_this) ImGui::PopStyleColor();
+    }
+    return chosen;
+}
+
 void Play::draw_briefing() {
     const scenario::Scenario& s = session_->options().scenario;
     const float width = static_cast<float>(window_.width());
@@ -100,6 +131,7 @@ void Play::draw_briefing() {
              "{}   {}", learner_.empty() ? "Guest" : learner_,
              free_practice_ ? "Free practice: no score, and the last 10 s can be taken back" : "Exercise"));
     ImGui::Separator();
+    const std::optional<std::string> patient = draw_patients();
     if (has_map) {
         ImGui::BeginTable("halves", 2);
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);
@@ -161,6 +193,7 @@ void Play::draw_briefing() {
     for (std::size_t k = 0; k < std::min(hints_shown_, s.lesson.hints.size()); ++k)
         wrapped(palette::calm, s.lesson.hints[k]);
     ImGui::End();
+    if (patient && session_) open(*chosen_, free_practice_, *patient);
 }
 
 /// The vessels are known once they are loaded.

@@ -50,6 +50,7 @@ void Play::draw_events() {
 }
 
 void Play::draw_grade() {
+    if (view_->guide) return draw_guide_end();
     const exercise::Score& score = view_->score;
     const scenario::Benchmark& skilled = session_->options().scenario.lesson.benchmark;
     if (!skilled.given()) {
@@ -104,8 +105,8 @@ void Play::draw_grade() {
         if (line.cost >= 2 && !line.unseen && std::string_view(line.measure->id) != "errors")
             wrapped(palette::label, fmt::format("{}: {}", line.measure->name, line.measure->advice));
     wrapped(palette::faint,
-            fmt::format("Skilled: {} attempts by {}. Time runs from the start, as in the strip.",
-                        skilled.attempts, skilled.by));
+            fmt::format("Skilled: {} attempts{} by {}. Time runs from the start, as in the strip.",
+                        skilled.attempts, patient_.empty() ? "" : " at the first patient", skilled.by));
     if (ImGui::TreeNode("How points are lost, and what is known of these figures")) {
         wrapped(palette::faint, exercise::grade_formula);
         for (const exercise::Measure& measure : exercise::measures())
@@ -133,7 +134,7 @@ void Play::draw_end_buttons() {
         act = [this, chosen] {
             shows_solution_ = is_replay_ = false;
             watched_.reset();
-            open(chosen, free_practice_);
+            open(chosen, free_practice_, std::string(patient_));
         };
     if (!more) ImGui::SetItemDefaultFocus();
     if (next && !is_replay_ && !shows_solution_) {
@@ -174,6 +175,8 @@ void Play::draw_end() {
                 shows_solution_ ? "That was the solution. Your turn." : "The recording ends here");
     else if (free_practice_)
         wrapped(window_, Face::Title, palette::bright, "Free practice has ended");
+    else if (view_->guide && view_->guide->passed() && score.completed)
+        wrapped(window_, Face::Title, palette::good, "Lesson done: passed");
     else
         wrapped(window_, Face::Title, score.completed ? palette::good : palette::caution,
                 score.completed     ? grade_ ? fmt::format("Target reached: {:.0f} points{}", grade_->points,
@@ -181,8 +184,10 @@ void Play::draw_end() {
                                              : std::string("Target reached")
                     : view_->time_is_up ? "The time is over: target not reached"
                                     : "Ended: target not reached");
-    text(palette::label, fmt::format("{}   {}", session_->options().scenario.title,
-                                     learner_.empty() || is_replay_ || shows_solution_ ? "" : learner_));
+    const scenario::Scenario& shown = session_->options().scenario;
+    wrapped(palette::label,
+            fmt::format("{}{}   {}", shown.title, shown.patient.empty() ? "" : ", " + shown.patient_text(),
+                        learner_.empty() || is_replay_ || shows_solution_ ? "" : learner_));
     ImGui::Separator();
     const float foot = 2 * ImGui::GetFrameHeightWithSpacing() + u(8);
     ImGui::BeginChild("what", ImVec2(0, -foot), false, ImGuiWindowFlags_NavFlattened);
@@ -205,7 +210,7 @@ void Play::draw_end() {
         for (const script::Caption& caption : session_->options().script->captions)
             wrapped(palette::value,
                     fmt::format("{}  {}", render::clock_text(caption.frame / rate), caption.text));
-    } else if (!free_practice_) {
+    } else if (!free_practice_ && !view_->guide) {
         ImGui::Dummy(ImVec2(0, u(6)));
         wrapped(window_, Face::Bold, palette::bright, "What happened");
         draw_events();

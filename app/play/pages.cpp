@@ -156,6 +156,10 @@ void Play::draw_card(std::size_t k, float width, float picture) {
                                             exercise.scenario.lesson.level - 1));
     else if (!best)
         text(palette::faint, "not tried yet");
+    else if (exercise.scenario.lesson.guided())
+        wrapped(best->passed > 0 ? palette::good : palette::caution,
+                fmt::format("{}{} of {} steps done", best->passed > 0 ? "passed: " : "", best->steps,
+                            exercise.scenario.lesson.steps.size()));
     else
         wrapped(
             best->passed > 0 ? palette::good : palette::caution,
@@ -165,6 +169,9 @@ void Play::draw_card(std::size_t k, float width, float picture) {
                 : fmt::format("{}best {:.0f} points{}, {} of {} reached", best->passed > 0 ? "passed: " : "",
                               best->points, best->time ? fmt::format(", {:.1f} s", *best->time) : "",
                               best->reached, best->attempts));
+    if (best && !best->patients.empty() && opens)
+        text(palette::faint, fmt::format("{} other patient{} tried", best->patients.size(),
+                                         best->patients.size() == 1 ? "" : "s"));
     ImGui::SetCursorPosY(picture + u(122) - ImGui::GetFrameHeight() - ImGui::GetStyle().WindowPadding.y);
     bool chosen = false, free = false, shows = false;
     if (opens) {

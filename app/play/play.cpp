@@ -61,7 +61,7 @@ Play::Play(Window& window, PlayOptions options)
     if (!options_.replays.empty())
         show_replay(0);
     else if (options_.start)
-        open(*options_.start, options_.free_practice);
+        open(*options_.start, options_.free_practice, options_.patient);
     else if (options_.learner)
         screen_ = Screen::Chooser;
 }
@@ -146,11 +146,13 @@ void Play::show_replay(std::size_t number) {
     watched_.reset();
     is_replay_ = true;
     shows_solution_ = false;
-    open(options_.replays[number].exercise, false);
+    const Replay& shown = options_.replays[number];
+    open(shown.exercise, false, shown.recording.origin ? shown.recording.origin->patient : "");
 }
 
-void Play::open(std::size_t exercise, bool free_practice) {
+void Play::open(std::size_t exercise, bool free_practice, const std::string& patient) {
     session_.reset();
+    patient_ = patient;
     chosen_ = exercise;
     free_practice_ = free_practice;
     grade_.reset();
@@ -170,7 +172,7 @@ void Play::open(std::size_t exercise, bool free_practice) {
 
     const Exercise& chosen = options_.exercises[exercise];
     room::SessionOptions session;
-    session.scenario = chosen.scenario;
+    session.scenario = patient_.empty() ? chosen.scenario : options_.of_patient(chosen, patient_);
     session.cache.folder = options_.cache;
     session.keys = options_.keys;
     session.free_practice = free_practice;
@@ -195,7 +197,7 @@ void Play::watch_attempt() {
     }
     is_replay_ = true;
     shows_solution_ = false;
-    open(*chosen_, false);
+    open(*chosen_, false, std::string(patient_));
 }
 
 /// The page is made on a thread of its own: it plays the recording.
@@ -312,8 +314,13 @@ void Play::obey(Action action) {
             review_open_ = !review_open_;
             break;
         case Action::Pause:
-            if (session_ && view_ && !countdown_)
+            if (session_ && view_ && !countdown_) {
+                if (view_->phase == Phase::Paused) session_->did(Action::Pause);
                 session_->give(running() ? room::Control::Pause : room::Control::Resume);
+            }
+            break;
+        case Action::Skip:
+            if (session_) session_->give(room::Control::SkipStep);
             break;
         case Action::TakeBack:
             if (session_) session_->give(room::Control::TakeBack);
@@ -419,16 +426,29 @@ room::Input Play::input_of(const Events& events) {
     return input;
 }
 
+/// What was opened and is closed again was practised.
+void Play::tell_guide() {
+    const std::array<bool, 3> open = {review_open_, help_, menu_};
+    constexpr std::array<Action, 3> actions = {Action::Review, Action::Help, Action::Menu};
+    for (std::size_t k = 0; k < open.size(); ++k)
+        if (were_open_[k] && !open[k] && session_ && screen_ == Screen::Room) session_->did(actions[k]);
+    were_open_ = open;
+}
+
 void Play::watch_session() {
     watch_debriefing();
+    tell_guide();
     std::string title = "Seldinger";
     if (session_) {
         view_ = session_->view();
         constexpr const char* phases[] = {"loading", "ready", "running", "paused", "ended", "failed"};
-        title = fmt::format("Seldinger - {} - {}", session_->options().scenario.name,
+        title = fmt::format("Seldinger - {}{} - {}", session_->options().scenario.name,
+                            patient_.empty() ? "" : ", patient " + patient_,
                             countdown_ ? "countdown"
                             : asking_  ? "asks"
                                        : phases[static_cast<int>(view_->phase)]);
+        if (view_->guide)
+            title += fmt::format(" - {} of {} steps", view_->guide->done(), view_->guide->size());
         if (view_->phase == Phase::Ready && screen_ == Screen::Room) {
             if (shows_solution_ || is_replay_) {
                 session_->give(room::Control::Start);
@@ -458,8 +478,13 @@ void Play::settle() {
     exercise::Grade made;
     made.reached = view_->score.completed;
     if (skilled.given()) grade_ = made = exercise::grade(view_->score, skilled);
+    const std::string& name = session_->options().scenario.name;
     try {
-        results_.add(session_->options().scenario.name, made, view_->score);
+        if (view_->guide)
+            results_.add_lesson(name, view_->guide->done(), static_cast<int>(view_->guide->size()),
+                                view_->score);
+        else
+            results_.add(name, made, view_->score, patient_);
     } catch (const io::InputError& error) {
         results_problem_ = error.what();
     }

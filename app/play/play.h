@@ -60,6 +60,9 @@ struct PlayOptions {
     int width = 1280, height = 800;
     bool open_all = false;  // every exercise is open, whatever was passed
     script::Origin origin;  // of recordings: the program
+    std::string patient;    // of `start`, as scenario::load_scenario takes it; empty = the first
+    /// The exercise with another patient. Throws io::InputError.
+    std::function<scenario::Scenario(const Exercise&, const std::string& patient)> of_patient;
     MakeDebriefing make_debriefing;
     std::function<void(const std::filesystem::path&)> show_page;  // in a browser. Throws io::InputError
     std::function<bool()> interrupted;  // asked several times a second; true closes the window
@@ -101,7 +104,7 @@ private:
     void ask_debriefing();
     void watch_debriefing();
 
-    void open(std::size_t exercise, bool free_practice);
+    void open(std::size_t exercise, bool free_practice, const std::string& patient = {});
     void show_replay(std::size_t number);
     void play_solution();
     void leave();  // leaves the room
@@ -112,6 +115,7 @@ private:
     void answer(bool yes);
     void hear_answer(const Events&);
     void watch_session();
+    void tell_guide();
     void end_attempt();
     void settle();
     bool running() const { return view_ && view_->phase == room::Phase::Running; }
@@ -130,6 +134,8 @@ private:
     void draw_runs(const render::Box&);
     void draw_strip(const render::Box&);
     void draw_hint(const render::Box&);
+    void draw_guide(const render::Box& image);
+    void draw_guide_end();
     void draw_countdown();
     void draw_end();
     void draw_events();
@@ -137,6 +143,7 @@ private:
     void draw_end_buttons();
     void draw_caption(const render::Box& image);
     void draw_briefing_map();
+    std::optional<std::string> draw_patients();
     void draw_help();
     void draw_hands_help();
     void draw_keys_of(room::Task);
@@ -160,6 +167,7 @@ private:
     Screen screen_ = Screen::Learner;
     std::optional<std::size_t> chosen_;
     std::size_t replay_ = 0;  // number of the one that is shown
+    std::string patient_;     // of the exercise; empty = the first
     bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;
@@ -172,6 +180,7 @@ private:
     std::string results_problem_;
     std::optional<room::Clock::time_point> countdown_;
     bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
+    std::array<bool, 3> were_open_{};  // review, help and menu, when the guide was last told
     bool quits_ = false, differed_ = false;
     std::optional<room::Action> asking_;  // whether it is meant; the exercise waits meanwhile
     bool ran_ = false;                    // before it asked

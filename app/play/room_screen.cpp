@@ -75,7 +75,10 @@ void Play::draw_room() {
     }
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
     if (!view_) return;  // the trainee left the room
-    draw_hint(image);
+    if (view_->guide)
+        draw_guide(image);
+    else
+        draw_hint(image);
     draw_caption(image);
     draw_countdown();
 }

@@ -25,7 +25,7 @@ class Findings {
 public:
     /// Takes what `look` says, or what it refuses with. Returns whether it is fine.
     template <class Look>
-    bool look(const char* what, const Look& look) {
+    bool look(const std::string& what, const Look& look) {
         try {
             list_.push_back({Verdict::Fine, what, look()});
         } catch (const io::InputError& error) {
@@ -121,6 +121,13 @@ std::vector<Finding> check(const scenario::ExerciseFiles& files, const std::file
         return fmt::format("can be made; the vessels ask for segments of {:.2g} mm or less",
                            choice.segment_length);
     });
+    for (std::size_t k = 0; usable && k < s.lesson.patients.size(); ++k)
+        found.look(fmt::format("patient {}", k + 2), [&] {
+            const scenario::Scenario other =
+                scenario::load_scenario(files.file, catalogue, {}, std::to_string(k + 2));
+            const exercise::Exercise exercise(other, exercise::Pictures::None, cache);
+            return other.patient_who + ", target " + way_to_target(other, exercise.simulation().anatomy());
+        });
     if (files.solution.empty())
         found.missing("solution", fmt::format("there is none: {}.gw", files.name));
     else if (placed)

@@ -16,8 +16,8 @@ struct Finding {
     std::string what, said;
 };
 
-/// The scenario, its vessels, entry, target and devices, wall and image, its solution, played, and its
-/// picture. What follows from something wrong is not looked at.
+/// The scenario, its vessels, entry, target and devices, wall and image, its other patients, its solution,
+/// played, and its picture. What follows from something wrong is not looked at.
 std::vector<Finding> check(const scenario::ExerciseFiles&, const std::filesystem::path& catalogue,
                            const anatomy::ModelCache&);
 bool is_usable(const std::vector<Finding>&);

@@ -43,7 +43,7 @@ std::vector<std::string> missing_of_lesson(const scenario::ExerciseFiles& files,
     if (lesson.briefing.empty()) missing.push_back("[lesson] briefing");
     if (lesson.hints.empty()) missing.push_back("[lesson] hints");
     if (lesson.views.empty()) missing.push_back("[[lesson.view]]");
-    if (!lesson.benchmark.given())
+    if (!lesson.benchmark.given() && !lesson.guided())
         missing.push_back(fmt::format("{} of {}", files.name, scenario::benchmark_file));
     if (files.picture.empty()) missing.push_back(files.name + ".png");
     return missing;

@@ -9,7 +9,8 @@
 
 namespace author {
 
-/// What an exercise lacks of a lesson: level, briefing, hints, views, benchmark, picture.
+/// What an exercise lacks of a lesson: level, briefing, hints, views, benchmark (a
+/// guided lesson has none), picture.
 std::vector<std::string> missing_of_lesson(const scenario::ExerciseFiles&, const scenario::Scenario&);
 
 inline constexpr double least_points_of_solution = 90;  // what is done after the target counts too

@@ -36,12 +36,17 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
+/// With the patient, where it is not the first.
+std::string title_of(const scenario::Scenario& scenario) {
+    return scenario.title + (scenario.patient.empty() ? "" : ", " + scenario.patient_text());
+}
+
 CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenario) {
     CourseRow row;
     row.exercise = scenario.name;
     row.level = scenario.lesson.level;
     row.reached = score.completed;
-    row.title = scenario.title;
+    row.title = title_of(scenario);
     if (scenario.lesson.benchmark.given()) {
         const exercise::Grade grade = exercise::grade(score, scenario.lesson.benchmark);
         row.points = grade.points;
@@ -81,7 +86,7 @@ fs::path kept_at(const std::string& text, const scenario::Scenario& scenario, co
 /// The attempts of one recording, without their number.
 std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& options) {
     CourseRow row;
-    std::string learner;
+    std::string learner, patient;
     std::vector<CourseRow> rows;
     try {
         const std::string text = io::read_text(file, "recording", "a recording (.gw) is accepted");
@@ -94,7 +99,8 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         row.exercise = recording.origin->scenario;
         const scenario::Scenario scenario = options.scenario(recording);
         row.level = scenario.lesson.level;
-        row.title = scenario.title;
+        row.title = title_of(scenario);
+        patient = scenario.patient;
         const fs::path kept = kept_at(text, scenario, options);
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
@@ -140,6 +146,11 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
                 }
             }
         }
+        if (scenario.lesson.guided()) {
+            // Beginning anew is one of its steps.
+            rows.erase(rows.begin(), rows.end() - 1);
+            rows[0].steps = {recording.origin->steps_done, static_cast<int>(scenario.lesson.steps.size())};
+        }
     } catch (const std::exception& error) {
         row.problem = error.what();
         rows.assign(1, row);
@@ -149,6 +160,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
     for (CourseRow& one : rows) {
         one.file = file.string();
         one.learner = learner;
+        one.patient = patient;
         if (!failed)
             one.day = day_of(std::chrono::time_point_cast<std::chrono::system_clock::duration>(
                 std::chrono::file_clock::to_sys(written)));
@@ -218,7 +230,9 @@ std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) 
         "wrong_entries,errors";
     for (const char* id : exercise::mishap_ids) text += std::string(",") + id;
     text +=
-        ",problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,debriefing\n";
+        ",problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,debriefing,"
+        "steps_done,"
+        "steps,patient\n";
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     for (const CourseRow& row : rows) {
         const bool counts = row.problem.empty();
@@ -241,9 +255,11 @@ std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) 
         cells.push_back(row.problem);
         const PlannedExercise* asked = plan.find(row.exercise);
         const double pass = asked ? asked->pass : plan.pass;
-        cells.insert(cells.end(), {row.title, row.day ? day_text(*row.day) : "", row.air_kerma.value_or(none),
-                                   row.area_product.value_or(none), figure(row.angiograms), pass,
-                                   figure(row.passes(pass)), row.debriefing});
+        cells.insert(cells.end(),
+                     {row.title, row.day ? day_text(*row.day) : "", row.air_kerma.value_or(none),
+                      row.area_product.value_or(none), figure(row.angiograms), pass, figure(row.passes(pass)),
+                      row.debriefing, row.steps ? row.steps->first : none,
+                      row.steps ? row.steps->second : none, row.patient});
         io::append_row(text, cells);
     }
     return io::as_utf8(text);

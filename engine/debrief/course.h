@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
@@ -39,11 +40,17 @@ struct CourseRow {
     int angiograms = 0;
     std::vector<double> costs;  // points, of each of exercise::measures(); empty without a benchmark
     bool blind = false;         // the lines of what looking costs are lost whole: nothing was looked at
-    std::string debriefing;     // its page, as a link from the course's; empty = there is none
+    /// Of a guided lesson: steps done, and those that there are.
+    std::optional<std::pair<int, int>> steps;
+    std::string patient;     // as Scenario has it; empty = the first
+    std::string debriefing;  // its page, as a link from the course's; empty = there is none
 
     int all_errors() const;
-    /// Whether the target was reached, with at least so many points where the exercise has a benchmark.
-    bool passes(double pass) const { return reached && (!points || *points >= pass); }
+    /// Whether the target was reached, with at least so many points where the exercise has a benchmark, and
+    /// with all steps in a guided lesson.
+    bool passes(double pass) const {
+        return reached && (!points || *points >= pass) && (!steps || steps->first == steps->second);
+    }
 };
 
 struct CourseOptions {

@@ -252,7 +252,8 @@ std::string attempts_table(std::span<const CourseRow* const> rows, const CourseP
         const std::string link = row->debriefing.empty() ? none
                                                          : fmt::format("<a href=\"{}\">debriefing</a>",
                                                                        html_escaped(row->debriefing));
-        const char* result = passed ? "&#10003; passed" : row->reached ? "reached" : "missed";
+        std::string result = passed ? "&#10003; passed" : row->reached ? "reached" : "missed";
+        if (row->steps) result += fmt::format(", {} of {} steps", row->steps->first, row->steps->second);
         text += fmt::format(
             "<tr><td class=\"day\">{}</td><td class=\"text\">{}<small>{}</small></td><td "
             "class=\"text\">{}</td>"

@@ -377,10 +377,14 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         "<title>Debriefing: {}</title><style>{}</style></head><body>\n",
         title, page_style);
     text += fmt::format(
-        "<header><h1>{}</h1><p class=\"about\">Debriefing{}. Recording {}, scenario {}, {}.</p>", title,
+        "<header><h1>{}</h1><p class=\"about\">Debriefing{}. Recording {}, scenario {}{}, {}.</p>", title,
         story.origin.learner.empty() ? "" : " of " + io::html_escaped(story.origin.learner),
         io::html_escaped(std::filesystem::path(story.file).filename().string()),
         io::html_escaped(story.scenario.name),
+        story.scenario.patient.empty()
+            ? ""
+            : io::html_escaped(", " + story.scenario.patient_text() +
+                               (benchmark.given() ? " (skilled attempts are of the first patient)" : "")),
         story.origin.program.empty() ? "program unknown" : io::html_escaped(story.origin.program));
     text += "<div class=\"verdict\">";
     const exercise::Grade grade = exercise::grade(story.score, benchmark);

@@ -42,6 +42,7 @@ void Exercise::aim(const scenario::Target& target) {
 
 void identify(script::Origin& origin, const Simulation& simulation) {
     origin.scenario = simulation.scenario().name;
+    origin.patient = simulation.scenario().patient;
     origin.scenario_hash = simulation.scenario().content;
     origin.anatomy_hash = anatomy::hash_of(simulation.anatomy());
 }

@@ -18,62 +18,6 @@ namespace {
 
 using geometry::degree;
 
-constexpr std::array<ActionInfo, actions> table = {{
-    {"advance", "push", Task::Hands},
-    {"withdraw", "pull", Task::Hands},
-    {"rotate_left", "turn the hub to the left", Task::Hands},
-    {"rotate_right", "turn the hub to the right", Task::Hands},
-    {"left_advance", "left hand: push", Task::Hands},
-    {"left_withdraw", "left hand: pull", Task::Hands},
-    {"left_rotate_left", "left hand: turn the hub to the left", Task::Hands},
-    {"left_rotate_right", "left hand: turn the hub to the right", Task::Hands},
-    {"fine", "slow hands", Task::Hands},
-    {"fast", "fast hands", Task::Hands},
-    {"fluoroscopy", "pedal: fluoroscopy, or roadmap", Task::Pedals},
-    {"acquisition", "pedal: DSA run", Task::Pedals},
-    {"arm_lao", "C-arm to LAO", Task::Stand},
-    {"arm_rao", "C-arm to RAO", Task::Stand},
-    {"arm_cranial", "C-arm to cranial", Task::Stand},
-    {"arm_caudal", "C-arm to caudal", Task::Stand},
-    {"table_head", "table toward the head", Task::Stand},
-    {"table_feet", "table toward the feet", Task::Stand},
-    {"table_left", "table to the patient's left", Task::Stand},
-    {"table_right", "table to the patient's right", Task::Stand},
-    {"table_up", "table up", Task::Stand},
-    {"table_down", "table down", Task::Stand},
-    {"roadmap", "roadmap on and off", Task::Pedals},
-    {"mask", "new mask of DSA", Task::Picture},
-    {"reference", "image to the reference screen", Task::Picture},
-    {"shift_left", "mask to the left", Task::Picture},
-    {"shift_right", "mask to the right", Task::Picture},
-    {"shift_up", "mask up", Task::Picture},
-    {"shift_down", "mask down", Task::Picture},
-    {"shift_auto", "mask to where it fits the image best", Task::Picture},
-    {"shift_off", "mask to where it was taken", Task::Picture},
-    {"breath", "hold the breath, or breathe", Task::Pedals},
-    {"sid_less", "detector nearer", Task::Stand},
-    {"sid_more", "detector farther", Task::Stand},
-    {"magnify", "smaller field", Task::Stand},
-    {"widen", "larger field", Task::Stand},
-    {"collimate", "collimator closer", Task::Stand},
-    {"uncollimate", "collimator wider", Task::Stand},
-    {"pulses_more", "more pulses a second", Task::Pedals},
-    {"pulses_fewer", "fewer pulses a second", Task::Pedals},
-    {"device", "the next device in the right hand", Task::Hands},
-    {"left_device", "the next device in the left hand", Task::Hands},
-    {"helper", "helper: takes it from the right hand, lets go, holds", Task::Hands},
-    {"grip_closer", "right hand closer to the valve", Task::Hands},
-    {"grip_farther", "right hand farther from the valve", Task::Hands},
-    {"review", "look at the runs taken", Task::Picture},
-    {"pause", "pause", Task::Exercise},
-    {"back_to_start", "a new attempt from the start", Task::Exercise},
-    {"take_back", "take back the last 10 s (free practice)", Task::Exercise},
-    {"finish", "end the exercise", Task::Exercise},
-    {"help", "this help", Task::Exercise},
-    {"instructor", "instructor's view", Task::Exercise},
-    {"menu", "menu", Task::Exercise},
-}};
-
 io::Range positive(double most) {
     return {1e-3, most};
 }
@@ -178,11 +122,12 @@ private:
     void keys(io::Section section) {
         std::array<bool, actions> named{};
         for (int k = 0; k < actions; ++k) {
-            const toml::node* node = section.find(table[k].key);
+            const std::string_view name = info(static_cast<Action>(k)).key;
+            const toml::node* node = section.find(name);
             if (!node) continue;
             named[k] = true;
             map_.keys[k].clear();
-            const std::string by(table[k].key);
+            const std::string by(name);
             if (const toml::array* array = node->as_array()) {
                 for (const toml::node& item : *array)
                     if (const auto key = claim(item, by)) map_.keys[k].push_back(*key);
@@ -244,10 +189,6 @@ private:
 };
 
 }  // namespace
-
-const ActionInfo& info(Action action) {
-    return table[static_cast<int>(action)];
-}
 
 const std::vector<std::string_view>& key_names() {
     static const std::vector<std::string_view> names = io::words_of(

@@ -25,81 +25,18 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/script/action.h"
 #include "physics/geometry/vec.h"
 
 namespace room {
 
-/// What a key, a button or a pedal does. The first group acts while held, the second when pressed.
-enum class Action : std::uint8_t {
-    Advance,
-    Withdraw,
-    RotateLeft,
-    RotateRight,
-    LeftAdvance,
-    LeftWithdraw,
-    LeftRotateLeft,
-    LeftRotateRight,
-    Fine,
-    Fast,
-    Fluoroscopy,
-    Acquisition,
-    ArmLao,
-    ArmRao,
-    ArmCranial,
-    ArmCaudal,
-    TableHead,
-    TableFeet,
-    TableLeft,
-    TableRight,
-    TableUp,
-    TableDown,
-    // from here on when pressed
-    Roadmap,
-    Mask,
-    Reference,
-    ShiftLeft,
-    ShiftRight,
-    ShiftUp,
-    ShiftDown,
-    ShiftAuto,
-    ShiftOff,
-    Breath,
-    SidLess,
-    SidMore,
-    Magnify,
-    Widen,
-    Collimate,
-    Uncollimate,
-    PulsesMore,
-    PulsesFewer,
-    Device,
-    LeftDevice,
-    Helper,
-    GripCloser,
-    GripFarther,
-    Review,
-    Pause,
-    BackToStart,
-    TakeBack,
-    Finish,
-    Help,
-    Instructor,
-    Menu
-};
-inline constexpr int actions = static_cast<int>(Action::Menu) + 1;
-inline constexpr Action first_pressed = Action::Roadmap;
-
-/// What a group of keys is for.
-enum class Task : std::uint8_t { Hands, Pedals, Stand, Contrast, Picture, Exercise };
-inline constexpr std::array<std::string_view, 6> task_names = {
-    "Hands", "Pedals", "C-arm and table", "Contrast", "Image processing", "Exercise"};
-
-struct ActionInfo {
-    std::string_view key;   // in the file
-    std::string_view help;  // as shown in the overlay
-    Task task;
-};
-const ActionInfo& info(Action);
+using script::Action;
+using script::ActionInfo;
+using script::actions;
+using script::first_pressed;
+using script::info;
+using script::Task;
+using script::task_names;
 
 enum class Side : std::uint8_t { Right, Left };
 inline constexpr std::array<Side, 2> sides = {Side::Right, Side::Left};

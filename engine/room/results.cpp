@@ -24,15 +24,23 @@ Results::Results(std::filesystem::path file) : file_(std::move(file)) {
     if (!json.is_object()) return;
     for (const auto& [name, entry] : json.items()) {
         if (!entry.is_object()) continue;
-        const auto number = [&entry = entry](const char* key) {
-            const auto found = entry.find(key);
-            return found != entry.end() && found->is_number() ? found->template get<double>() : 0.0;
+        const auto number_in = [](const nlohmann::json& of, const char* key) {
+            const auto found = of.find(key);
+            return found != of.end() && found->is_number() ? found->get<double>() : 0.0;
         };
+        const auto number = [&number_in, &entry = entry](const char* key) { return number_in(entry, key); };
         BestResult& best = best_[name];
         best.attempts = static_cast<int>(std::clamp(number("attempts"), 0.0, 1e9));
         best.reached = static_cast<int>(std::clamp(number("reached"), 0.0, 1e9));
         best.points = std::clamp(number("points"), 0.0, 100.0);
         best.passed = static_cast<int>(std::clamp(number("passed"), 0.0, 1e9));
+        best.steps = static_cast<int>(std::clamp(number("steps_done"), 0.0, 1e9));
+        if (const auto patients = entry.find("patients"); patients != entry.end() && patients->is_object())
+            for (const auto& [patient, of] : patients->items())
+                if (of.is_object())
+                    best.patients[patient] = {
+                        static_cast<int>(std::clamp(number_in(of, "attempts"), 0.0, 1e9)),
+                        static_cast<int>(std::clamp(number_in(of, "reached"), 0.0, 1e9))};
         if (entry.contains("time_s") && number("time_s") > 0) best.time = number("time_s");
     }
 }
@@ -42,13 +50,32 @@ const BestResult* Results::find(const std::string& scenario) const {
     return found == best_.end() ? nullptr : &found->second;
 }
 
-void Results::add(const std::string& scenario, const exercise::Grade& grade, const exercise::Score& score) {
+void Results::add(const std::string& scenario, const exercise::Grade& grade, const exercise::Score& score,
+                  const std::string& patient) {
     BestResult& best = best_[scenario];
     ++best.attempts;
     best.reached += grade.reached;
     best.points = std::max(best.points, grade.points);
     best.passed += grade.reached && grade.points >= pass_mark;
+    if (!patient.empty()) {
+        ++best.patients[patient].attempts;
+        best.patients[patient].reached += grade.reached;
+    }
     if (score.completed_after) best.time = std::min(best.time.value_or(1e9), *score.completed_after);
+    keep();
+}
+
+void Results::add_lesson(const std::string& scenario, int steps_done, int steps,
+                         const exercise::Score& score) {
+    BestResult& best = best_[scenario];
+    ++best.attempts;
+    best.reached += score.completed;
+    best.passed += score.completed && steps_done == steps;
+    best.steps = std::max(best.steps, steps_done);
+    keep();
+}
+
+void Results::keep() const {
     if (file_.empty()) return;
     nlohmann::json json = nlohmann::json::object();
     for (const auto& [name, entry] : best_) {
@@ -57,6 +84,9 @@ void Results::add(const std::string& scenario, const exercise::Grade& grade, con
                       {"points", entry.points},
                       {"passed", entry.passed}};
         if (entry.time) json[name]["time_s"] = *entry.time;
+        for (const auto& [patient, of] : entry.patients)
+            json[name]["patients"][patient] = {{"attempts", of.attempts}, {"reached", of.reached}};
+        if (entry.steps > 0) json[name]["steps_done"] = entry.steps;
     }
     std::error_code ignored;
     std::filesystem::create_directories(file_.parent_path(), ignored);

@@ -16,8 +16,13 @@ using exercise::pass_mark;
 struct BestResult {
     int attempts = 0, reached = 0;
     double points = 0;           // best
-    int passed = 0;              // attempts worth the pass mark
+    int passed = 0;              // attempts worth the pass mark, or with all steps of a guided lesson
+    int steps = 0;               // of a guided lesson, the most that were done
     std::optional<double> time;  // shortest to the target [s]
+    struct Patient {
+        int attempts = 0, reached = 0;
+    };
+    std::map<std::string, Patient> patients;  // those beyond the first, by Scenario::patient
 };
 
 /// Best results by scenario, kept in a file of the user.
@@ -27,9 +32,14 @@ public:
     explicit Results(std::filesystem::path);
     const BestResult* find(const std::string& scenario) const;
     /// Throws InputError when the file cannot be written; the result is then still kept in memory.
-    void add(const std::string& scenario, const exercise::Grade&, const exercise::Score&);
+    void add(const std::string& scenario, const exercise::Grade&, const exercise::Score&,
+             const std::string& patient = {});
+    /// The same of a guided lesson, which is passed by doing all its steps and reaching its target.
+    void add_lesson(const std::string& scenario, int steps_done, int steps, const exercise::Score&);
 
 private:
+    void keep() const;
+
     std::filesystem::path file_;
     std::map<std::string, BestResult> best_;
 };

@@ -43,7 +43,11 @@ public:
         : session_(session),
           options_(session.options_),
           period_(1 / options_.scenario.frame_rate),
-          hands_(options_.keys, period_) {}
+          hands_(options_.keys, period_) {
+        const scenario::Lesson& lesson = options_.scenario.lesson;
+        if (lesson.guided() && !options_.script && !options_.free_practice) guide_.emplace(lesson.steps);
+        show_guide();
+    }
 
     void run() {
         try {
@@ -105,11 +109,13 @@ private:
         while (true) {
             if (view_.phase == Phase::Running) draw_ahead(next);
             std::vector<Control> controls;
+            std::vector<Action> deeds;
             std::optional<exercise::Tuning> tuning;
             {
                 std::unique_lock lock(session_.mutex_);
                 const auto called = [this] {
-                    return session_.stop_ || !session_.controls_.empty() || session_.tuning_;
+                    return session_.stop_ || !session_.controls_.empty() || !session_.deeds_.empty() ||
+                           session_.tuning_;
                 };
                 if (view_.phase == Phase::Running)
                     session_.changed_.wait_until(lock, next, called);
@@ -117,13 +123,15 @@ private:
                     session_.changed_.wait(lock, called);
                 if (session_.stop_) return;
                 controls.swap(session_.controls_);
+                deeds.swap(session_.deeds_);
                 tuning = std::exchange(session_.tuning_, {});
             }
             if (tuning) retune(*tuning);
             const bool stood = view_.phase != Phase::Running;
             for (const Control control : controls) obey(control);
+            for (const Action deed : deeds) guide_did(deed);
             if (stood) next = Clock::now();
-            if (!controls.empty() || tuning) publish();
+            if (!controls.empty() || !deeds.empty() || tuning) publish();
             if (view_.phase != Phase::Running) continue;
             const auto now = Clock::now();
             if (now < next) continue;
@@ -176,19 +184,36 @@ private:
                 watches_ = false;
                 view_.solver.reset();
                 break;
+            case Control::SkipStep:
+                if (guide_) guide_->skip();
+                show_guide();
+                break;
         }
     }
+
+    void guide_did(Action deed) {
+        if (guide_) guide_->did(deed);
+        show_guide();
+    }
+    void show_guide() {
+        if (guide_) view_.guide = std::make_shared<const Guide>(*guide_);
+    }
+    /// A lesson has no score, and what was done can be taken back, as in free practice.
+    bool takes_back() const { return options_.free_practice || guide_; }
+    /// Whether hands have done all that the exercise asks.
+    bool is_completed() const { return view_.score.completed && (!guide_ || guide_->over()); }
 
     void frame() {
         const int index = exercise_->frame() + 1;
         Messages messages;
         std::optional<Clock::time_point> asked;
         std::vector<script::Command> commands;
+        Input input;
+        const Situation before = guided_situation();
         if (options_.script) {
             for (const script::TimedCommand& timed : options_.script->at(index))
                 commands.push_back(timed.command);
         } else {
-            Input input;
             {
                 const std::lock_guard lock(session_.mutex_);
                 input = session_.held_;
@@ -233,6 +258,11 @@ private:
 
         view_.runs = sequences_.runs();
         view_.score = exercise_->score();
+        if (guide_) {
+            guide_->count(
+                effects_of(before, guided_situation(), input, made, options_.keys, view_.score.completed));
+            show_guide();
+        }
         view_.readout = readout_.read(made, view_.score);
         // No console knows where the target is.
         if (!options_.free_practice) view_.readout.tip_to_target.reset();
@@ -247,14 +277,17 @@ private:
         }
         if (options_.script) check(index);
         view_.time_is_up = exercise_->time_is_up();
-        const bool over = options_.script
-                              ? index >= view_.last_frame || view_.time_is_up
-                              : !options_.free_practice && (view_.score.completed || view_.time_is_up);
+        const bool over = options_.script ? index >= view_.last_frame || view_.time_is_up
+                                          : !options_.free_practice && (is_completed() || view_.time_is_up);
         if (over)
             finish();
-        else if (options_.free_practice && index % whole_second() == 0)
+        else if (takes_back() && index % whole_second() == 0)
             remember();
         publish();
+    }
+
+    Situation guided_situation() const {
+        return guide_ ? situation_of(exercise_->simulation(), hands_.grasp()) : Situation();
     }
 
     void show_hands() {
@@ -302,14 +335,15 @@ private:
     std::uint64_t state_hash() const { return exercise_->simulation().state_hash(); }
 
     void remember() {
-        if (!options_.free_practice) return;
+        if (!takes_back()) return;
         moments_.push_back({exercise_->snapshot(), geometry::state_of(readout_), exercise_->frame()});
         if (moments_.size() > take_back_time + 2) moments_.pop_front();
     }
 
     void take_back() {
-        if (!options_.free_practice) {
-            readout_.say("What was done is taken back in free practice only", render::Notice::Warning);
+        if (!takes_back()) {
+            readout_.say("What was done is taken back in free practice and guided lessons only",
+                         render::Notice::Warning);
             return;
         }
         if ((view_.phase != Phase::Running && view_.phase != Phase::Paused) || moments_.empty()) return;
@@ -328,6 +362,7 @@ private:
         view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
         ++view_.image_serial;
         readout_.say("The last seconds were taken back", render::Notice::Info);
+        guide_did(Action::TakeBack);
     }
 
     void retune(const exercise::Tuning& tuning) {
@@ -360,6 +395,9 @@ private:
     }
 
     void finish_recording() {
+        if (guide_)
+            to_recording(
+                [this](auto& file) { file.practised(guide_->done(), static_cast<int>(guide_->size())); });
         to_recording([this](auto& file) { file.close([this] { return state_hash(); }); });
         recording_.reset();
         view_.recording = false;
@@ -398,6 +436,7 @@ private:
     exercise::StepReport last_;
     Sequences sequences_;
     std::deque<Moment> moments_;
+    std::optional<Guide> guide_;
     std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
     Clock::duration longest_part_{};            // of what is drawn ahead
     bool watches_ = false;
@@ -433,6 +472,14 @@ void Session::give(Control control) {
     {
         const std::lock_guard lock(mutex_);
         controls_.push_back(control);
+    }
+    changed_.notify_all();
+}
+
+void Session::did(Action deed) {
+    {
+        const std::lock_guard lock(mutex_);
+        deeds_.push_back(deed);
     }
     changed_.notify_all();
 }

@@ -19,6 +19,7 @@
 #include "engine/exercise/score.h"
 #include "engine/exercise/simulation.h"
 #include "engine/room/attempts.h"
+#include "engine/room/guide.h"
 #include "engine/room/hands.h"
 #include "engine/room/sequence.h"
 #include "engine/scenario/scenario.h"
@@ -47,7 +48,7 @@ SolverView solver_view(const exercise::Simulation&, const physics::RelaxReport& 
 using Clock = std::chrono::steady_clock;
 
 enum class Phase { Loading, Ready, Running, Paused, Ended, Failed };
-enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver };
+enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver, SkipStep };
 
 /// All that the window shows of one frame.
 struct View {
@@ -73,6 +74,7 @@ struct View {
     int lost_frames = 0;                     // frames made late by more than one frame
     int frames = 0;
     std::shared_ptr<const SolverView> solver;  // while it is watched
+    std::shared_ptr<const Guide> guide;        // of a guided lesson by hand; null otherwise
 };
 
 struct SessionOptions {
@@ -97,6 +99,8 @@ public:
     /// To be called from the window's thread, which none of these delay.
     void give(const Input&, std::optional<Clock::time_point> asked = {});
     void give(Control);
+    /// The window did what the action asks of it alone: a guided lesson counts it.
+    void did(Action);
     /// Takes effect before the next frame; ends the recording, and the exercise then has no score.
     void give(const exercise::Tuning&);
     std::shared_ptr<const View> view() const;
@@ -116,6 +120,7 @@ private:
     Input since_;  // what happened since the last frame
     std::optional<Clock::time_point> asked_;
     std::vector<Control> controls_;
+    std::vector<Action> deeds_;  // of the window
     std::optional<exercise::Tuning> tuning_;
     std::shared_ptr<const View> view_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;

@@ -165,7 +165,8 @@ ExerciseFiles ExerciseFolders::of_recording(const script::CommandScript& recordi
             recording.file, name, text());
     if (known.size() > 1 && recording.origin->scenario_hash != 0)
         for (const fs::path& file : known) try {
-                if (load_scenario(file, catalogue).content == recording.origin->scenario_hash)
+                if (load_scenario(file, catalogue, {}, recording.origin->patient).content ==
+                    recording.origin->scenario_hash)
                     return of(file);
             } catch (const io::InputError&) {
                 // Another of that name may be the one; the nearest is loaded again, and says so.

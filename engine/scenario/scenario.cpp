@@ -93,6 +93,10 @@ std::optional<int> Scenario::index_of(script::Held role) const {
     return static_cast<int>(found - devices.begin());
 }
 
+std::string Scenario::patient_text() const {
+    return patient.empty() ? "" : fmt::format("patient {}: {}", patient, patient_who);
+}
+
 io::TextPlace Scenario::place(const std::string& key) const {
     for (std::string at = key; !at.empty();) {
         if (const auto found = places.find(at); found != places.end()) return found->second;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/anatomy/grow/vessel_tree.h"
@@ -20,6 +21,7 @@
 #include "engine/scenario/benchmark.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/device.h"
+#include "engine/script/action.h"
 #include "engine/script/command.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/wall_stiffness.h"
@@ -34,6 +36,20 @@ struct SuggestedView {
     double lao = 0, cranial = 0;  // [rad]
 };
 
+/// One step of a guided lesson: the room shows it until all of it was done.
+struct LessonStep {
+    std::vector<script::Practice> practise;
+    std::string text;  // what to do, and why
+};
+
+/// Another patient of the same exercise: what stands in place of [anatomy]'s own, so that a preset grows
+/// other vessels.
+struct LessonPatient {
+    std::string who;                                          // "woman, 81"
+    std::string indication;                                   // empty: the lesson's
+    std::vector<std::pair<std::string, std::string>> values;  // keys of [anatomy] and their TOML
+};
+
 /// What an exercise is for: its place in the curriculum, what the trainee is shown, and what it is measured
 /// by.
 struct Lesson {
@@ -43,7 +59,12 @@ struct Lesson {
     std::string briefing;
     std::vector<std::string> hints;
     std::vector<SuggestedView> views;
-    Benchmark benchmark;
+    std::vector<LessonStep> steps;        // empty: no guided lesson
+    std::vector<LessonPatient> patients;  // from the second on; the first is the scenario's own
+    Benchmark benchmark;                  // of the first patient
+
+    /// Passed by doing all steps, not by points: there is no grade.
+    bool guided() const { return !steps.empty(); }
 };
 
 /// A synthetic vessel in place of an anatomy file.
@@ -145,6 +166,8 @@ struct InjurySpec {
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
+    std::string patient;               // "2", "seed:17"; empty = the first
+    std::string patient_who;           // "woman, 81"
     double frame_rate = 15;            // [1/s]
     std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
     std::optional<double> beam_limit;  // and here, of the beam [s]
@@ -183,6 +206,8 @@ struct Scenario {
     std::map<std::string, io::TextPlace> places;  // "guidewire.diameter_mm" → where the file says so
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 
+    /// "patient 2: woman, 81"; empty for the first.
+    std::string patient_text() const;
     const PlacedDevice& wire() const { return devices.front(); }
     PlacedDevice& wire() { return devices.front(); }
     /// Place in the list; empty where the scenario has no such device.
@@ -205,9 +230,10 @@ struct Override {
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.
 /// `catalogue` is the folder that holds the devices a scenario takes by name. A loaded scenario has the
-/// benchmark of its folder.
+/// benchmark of its folder. `patient`: a number in the list of the lesson's patients, or "seed:17" for one
+/// drawn from a seed; empty or "1" is the first.
 Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& catalogue,
-                       std::span<const Override> = {});
+                       std::span<const Override> = {}, const std::string& patient = {});
 Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file,
                         const std::filesystem::path& catalogue, std::span<const Override> = {});
 

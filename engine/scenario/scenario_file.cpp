@@ -9,6 +9,7 @@
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/scenario/device.h"
+#include "engine/scenario/lesson_file.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 #include "physics/geometry/hash.h"
@@ -428,30 +429,6 @@ void read_contrast(io::Section contrast, Scenario& s) {
     contrast.finish();
 }
 
-void read_lesson(io::Section lesson, Lesson& into) {
-    lesson.whole("level", into.level, {1, Lesson::levels});
-    lesson.word("indication", into.indication);
-    lesson.word("briefing", into.briefing);
-    if (const toml::node* node = lesson.find("hints")) {
-        const toml::array* hints = node->as_array();
-        if (!hints || !hints->is_homogeneous(toml::node_type::string))
-            lesson.refuse("hints", *node, "a list of sentences is accepted");
-        else
-            for (const toml::node& hint : *hints) into.hints.push_back(*hint.value<std::string>());
-    }
-    for (io::Section& view : lesson.sections("view")) {
-        SuggestedView suggested;
-        view.number("lao_deg", suggested.lao, {render::ArmLimits::lao.least, render::ArmLimits::lao.most},
-                    geometry::degree);
-        view.number("cranial_deg", suggested.cranial,
-                    {render::ArmLimits::cranial.least, render::ArmLimits::cranial.most}, geometry::degree);
-        if (!view.word("shows", suggested.shows)) view.missing("shows", "shows = \"WHAT IS SEEN\"");
-        view.finish();
-        into.views.push_back(suggested);
-    }
-    lesson.finish();
-}
-
 /// Adds a value to the hash: its type, then what it holds; tables in the order of their keys.
 void add_to(geometry::Hash& hash, const toml::node& node) {
     const auto text = [&hash](std::string_view value) {
@@ -589,9 +566,19 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
 }
 
 Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& catalogue,
-                       std::span<const Override> overrides) {
-    Scenario s = parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, catalogue,
-                                overrides);
+                       std::span<const Override> overrides, const std::string& patient) {
+    const std::string text = io::read_text(path, "scenario", "a .toml file is accepted");
+    Scenario s = parse_scenario(text, path, catalogue, overrides);
+    if (!patient.empty() && patient != "1") {
+        const LessonPatient wanted = patient_of(s, patient);
+        std::vector<Override> with;
+        for (const auto& [key, value] : wanted.values) with.push_back({"anatomy." + key, value});
+        with.insert(with.end(), overrides.begin(), overrides.end());
+        s = parse_scenario(text, path, catalogue, with);
+        s.patient = patient;
+        s.patient_who = wanted.who;
+        if (!wanted.indication.empty()) s.lesson.indication = wanted.indication;
+    }
     s.lesson.benchmark = benchmark_in(path.parent_path(), s.name);
     if (s.lesson.benchmark.given()) s.files.emplace_back(s.lesson.benchmark.file);
     return s;

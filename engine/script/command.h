@@ -203,8 +203,11 @@ struct Origin {
     std::string program;   // "seldinger 0.1.0"
     std::string scenario;  // name
     std::string learner;   // empty = nobody's
+    std::string patient;   // of the scenario: "2", "seed:17"; empty = the first
     std::uint64_t program_hash = 0, scenario_hash = 0, anatomy_hash = 0;
     bool free_practice = false;  // in the room: without a score, and seconds may have been taken back
+    /// Steps of a guided lesson that were done, and those that there are; 0 without one.
+    int steps_done = 0, steps = 0;
 };
 inline constexpr int recording_schema = 3;
 inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8

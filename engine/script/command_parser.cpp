@@ -352,7 +352,12 @@ private:
             script_.origin.emplace();
             return true;
         }
-        for (const std::string_view key : {"program ", "scenario ", "anatomy ", "practice ", "learner "}) {
+        if (takes("lesson ")) {
+            lesson(text);
+            return true;
+        }
+        for (const std::string_view key :
+             {"program ", "scenario ", "anatomy ", "patient ", "practice ", "learner "}) {
             if (!takes(key)) continue;
             if (!script_.origin || last_frame_ > 0 || !script_.commands.empty())
                 throw Refusal{1, fmt::format("'{}' was found; it is accepted at the start of a recording, "
@@ -364,6 +369,19 @@ private:
         return false;
     }
 
+    /// "31 of 34" steps.
+    void lesson(std::string_view text) {
+        const std::size_t of = text.find(" of ");
+        const auto number = [](std::string_view word) { return io::parse_integer(word).value_or(-1); };
+        const auto steps = of == std::string_view::npos ? -1 : number(text.substr(of + 4)),
+                   steps_done = of == std::string_view::npos ? -1 : number(text.substr(0, of));
+        if (!script_.origin || steps < 1 || steps > 10000 || steps_done < 0 || steps_done > steps)
+            throw Refusal{
+                1, fmt::format("expected, in a recording, 'lesson DONE of STEPS', found 'lesson {}'", text)};
+        script_.origin->steps_done = static_cast<int>(steps_done);
+        script_.origin->steps = static_cast<int>(steps);
+    }
+
     void origin(std::string_view key, std::string_view text) {
         Origin& origin = *script_.origin;
         const int column = static_cast<int>(key.size()) + 1;
@@ -373,6 +391,15 @@ private:
                                                   "accepted",
                                                   longest_learner)};
             origin.learner = text;
+            return;
+        }
+        if (key == "patient ") {
+            const auto plain = [](char c) {
+                return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || c == ':';
+            };
+            if (text.empty() || text.size() > 32 || !std::ranges::all_of(text, plain))
+                throw Refusal{column, fmt::format("expected a number, or seed:17, found '{}'", text)};
+            origin.patient = text;
             return;
         }
         if (key == "practice ") {

@@ -17,6 +17,7 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
         fmt::format("recording {}\nprogram {} {}\nscenario {} {}\nanatomy {}\n", recording_schema,
                     io::hash_text(origin.program_hash), origin.program, io::hash_text(origin.scenario_hash),
                     origin.scenario, io::hash_text(origin.anatomy_hash));
+    if (!origin.patient.empty()) text += fmt::format("patient {}\n", origin.patient);
     if (origin.free_practice) text += "practice free\n";
     if (is_learner(origin.learner)) text += fmt::format("learner {}\n", origin.learner);
     file_.append(text);
@@ -38,6 +39,11 @@ void Recording::take_back(int frame) {
     file_.cut(ends_[frame + 1]);
     ends_.resize(frame + 2);
     last_frame_ = frame;
+}
+
+void Recording::practised(int steps_done, int steps) {
+    assert(steps_done >= 0 && steps_done <= steps);
+    if (last_frame_ >= 0) file_.append(fmt::format("lesson {} of {}\n", steps_done, steps));
 }
 
 void Recording::close(const StateHash& state_hash) {

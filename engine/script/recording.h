@@ -31,6 +31,8 @@ public:
     /// Removes everything after a frame; the next frame to come is the one after it. With -1 all frames are
     /// removed.
     void take_back(int frame);
+    /// Of a guided lesson, before the end.
+    void practised(int steps_done, int steps);
     /// Writes the last frame and its hash. Nothing may follow.
     void close(const StateHash&);
 

@@ -269,10 +269,10 @@ TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
     ASSERT_TRUE(room.reaches("choose"));
     room.picture("chooser");
     ASSERT_TRUE(room.tap_out_of("choose", "Return"));  // the next one for her, which is in focus
-    ASSERT_NO_FATAL_FAILURE(attempt("ada", "straight", 1));
+    ASSERT_NO_FATAL_FAILURE(attempt("ada", "first_steps", 1));
     ASSERT_TRUE(room.tap_out_of("ended", "Return"));  // "Again"
-    ASSERT_NO_FATAL_FAILURE(attempt("ada", "straight", 2));
-    for (const char* exercise : {"s_bend", "iliac_aorta"}) {
+    ASSERT_NO_FATAL_FAILURE(attempt("ada", "first_steps", 2));
+    for (const char* exercise : {"straight", "s_bend"}) {
         ASSERT_TRUE(room.mark_next("Right"));  // "Next exercise"
         ASSERT_TRUE(room.tap_out_of("ended", "Return"));
         ASSERT_NO_FATAL_FAILURE(attempt("ada", exercise, 1));
@@ -295,15 +295,15 @@ TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
         return wait_until([&] { return room.display.find("choose"); }, 3);
     }));
     ASSERT_TRUE(room.tap_out_of("choose", "Return"));
-    ASSERT_NO_FATAL_FAILURE(attempt("ben", "straight", 1));
+    ASSERT_NO_FATAL_FAILURE(attempt("ben", "first_steps", 1));
     EXPECT_EQ(room.close().code, 0);
 
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(kept))
         if (entry.path().extension() == ".gw") names.insert(entry.path().lexically_relative(kept).string());
     EXPECT_EQ(names,
-              (std::set<std::string>{"ada/iliac_aorta-001.gw", "ada/s_bend-001.gw", "ada/straight-001.gw",
-                                     "ada/straight-002.gw", "ben/straight-001.gw"}));
+              (std::set<std::string>{"ada/s_bend-001.gw", "ada/straight-001.gw", "ada/first_steps-001.gw",
+                                     "ada/first_steps-002.gw", "ben/first_steps-001.gw"}));
 
     const std::string cache = std::string(SELDINGER_SOURCE) + "/build/cache";
     const auto of = [&](const char* verb) {
@@ -312,7 +312,7 @@ TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {
         return outcome.out;
     };
     expect_said(of("course"), "5 recordings, 5 attempts:");
-    for (const char* row : {"ada,straight,", "ada,s_bend,", "ada,iliac_aorta,", "ben,straight,"})
+    for (const char* row : {"ada,first_steps,", "ada,straight,", "ada,s_bend,", "ben,first_steps,"})
         expect_said(read(kept / "course.csv"), row);
     const std::string made = of("debrief");
     EXPECT_EQ(std::count(made.begin(), made.end(), '\n'), 4) << made;

@@ -98,7 +98,8 @@ TEST(Scenario, EveryKeyIsInTheReference) {
     const std::regex key(
         "(?:number|whole|flag|word|choice|point|find|section|sections)\\(\"([A-Za-z0-9_]+)\"");
     int keys = 0;
-    for (const char* file : {"engine/scenario/scenario_file.cpp", "engine/anatomy/grow/vessel_file.cpp"}) {
+    for (const char* file : {"engine/scenario/scenario_file.cpp", "engine/scenario/lesson_file.cpp",
+                             "engine/anatomy/grow/vessel_file.cpp"}) {
         const std::string source = test::read(std::filesystem::path(SELDINGER_SOURCE) / file);
         for (std::sregex_iterator at(source.begin(), source.end(), key), end; at != end; ++at, ++keys) {
             const std::regex word("[`.\\[{ ]" + (*at)[1].str() + "[`\\] ]");

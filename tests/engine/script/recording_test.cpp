@@ -6,14 +6,18 @@ namespace script {
 
 TEST(Recording, IsAScriptWithTheCommandsStatesAndEnd) {
     const test::TemporaryFolder folder;
-    Recording recording(folder / "run.gw", {{"test 1", "small", "Ada # <b>", 1, 2, 3}, 2});
+    Recording recording(folder / "run.gw", {{"test 1", "small", "Ada # <b>", "2", 1, 2, 3}, 2});
     recording.frame(0, std::vector<Command>{Beam{true}}, [] { return 0xaull; });
     recording.frame(1, std::vector<Command>{Advance{2}, Rotate{0.5}}, [] { return 0xbull; });
     recording.frame(2, {}, [] { return 0xcull; });
     recording.frame(3, {}, [] { return 0xdull; });
+    recording.practised(3, 5);
     recording.close([] { return 0xdull; });
     const CommandScript script = load_commands(folder / "run.gw");
     ASSERT_TRUE(script.origin);
+    EXPECT_EQ(script.origin->patient, "2");
+    EXPECT_EQ(script.origin->steps_done, 3);
+    EXPECT_EQ(script.origin->steps, 5);
     EXPECT_EQ(script.origin->program, "test 1");
     EXPECT_EQ(script.origin->scenario, "small");
     EXPECT_EQ(script.origin->learner, "Ada # <b>");
@@ -30,7 +34,7 @@ TEST(Recording, IsAScriptWithTheCommandsStatesAndEnd) {
 
 TEST(Recording, CanBeReplayedAfterEachFrame) {
     const test::TemporaryFolder folder;
-    Recording recording(folder / "run.gw", {{"test 1", "small", "", 0, 0, 0}, 10});
+    Recording recording(folder / "run.gw", {{"test 1", "small", "", "", 0, 0, 0}, 10});
     for (int frame = 0; frame < 5; ++frame) {
         recording.frame(frame, std::vector<Command>{Advance{1}}, [] { return 7ull; });
         EXPECT_EQ(load_commands(folder / "run.gw").commands.size(), static_cast<std::size_t>(frame) + 1);
@@ -57,6 +61,9 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
     test::expect_said(said("recording 2\n"), "x.gw:1:1: expected 'recording 3', found 'recording 2'");
     test::expect_said(said("0 beam on\nrecording 3\n"), "x.gw:2:1");
     test::expect_said(said("recording 3\nscenario 12 renal\n"), "x.gw:2:10: a hash of 16");
+    test::expect_said(said("recording 3\nlesson 6 of 5\n"),
+                      "x.gw:2:1: expected, in a recording, 'lesson DONE");
+    test::expect_said(said("recording 3\npatient Ada B\n"), "x.gw:2:9: expected a number, or seed:17");
     test::expect_said(said("learner Ada\n"), "x.gw:1:1: 'learner' was found");
     test::expect_said(said("recording 3\nlearner " + std::string(65, 'a') + "\n"), "x.gw:2:9: a name of at");
     test::expect_said(said("recording 3\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
