@@ -29,12 +29,13 @@ namespace {
 struct PlayArguments {
     ScenarioChoice scenario;
     std::string record, size = "1280x800", keys, replay, cache, measure, learner;
-    bool free_practice = false, open_all = false;
+    std::string teacher_size = "1280x800";
+    bool free_practice = false, open_all = false, teacher = false;
 };
 
 #ifdef SELDINGER_WINDOW
 
-std::pair<int, int> size_of(const std::string& words) {
+std::pair<int, int> size_of(const std::string& option, const std::string& words) {
     const std::size_t times = words.find('x');
     if (times != std::string::npos) {
         const auto width = io::parse_integer(words.substr(0, times)),
@@ -42,7 +43,7 @@ std::pair<int, int> size_of(const std::string& words) {
         if (width && height && *width >= 320 && *width <= 8192 && *height >= 240 && *height <= 8192)
             return {*width, *height};
     }
-    throw io::InputError("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words);
+    throw io::InputError("{} {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", option, words);
 }
 
 /// A solution that cannot be read is told, and the exercise has none.
@@ -137,7 +138,10 @@ std::filesystem::path file_of(const script::CommandScript& recording, const Scen
 int play(const PlayArguments& arguments) {
     PlayOptions options;
     options.origin = origin(arguments.learner);
-    std::tie(options.width, options.height) = size_of(arguments.size);
+    std::tie(options.width, options.height) = size_of("--size", arguments.size);
+    std::tie(options.teacher_width, options.teacher_height) =
+        size_of("--teacher-size", arguments.teacher_size);
+    options.teacher = arguments.teacher;
     options.keys = room::load_keys(assets() / "keys.toml");
     if (!arguments.keys.empty()) options.keys = room::load_keys(arguments.keys, options.keys);
     options.free_practice = arguments.free_practice;
@@ -222,6 +226,10 @@ Command add_play(CLI::App& parser) {
                         "first; else a folder of the user's for each learner");
     command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
     command->add_option("--size", arguments->size, "Of the window, WIDTHxHEIGHT [pixels]");
+    command->add_flag("--teacher", arguments->teacher,
+                      "Open the teacher's window as well, on a second monitor where there is one");
+    command->add_option("--teacher-size", arguments->teacher_size,
+                        "Of the teacher's window, WIDTHxHEIGHT [pixels]");
     command->add_option("--keys", arguments->keys,
                         "File that replaces keys and speeds of assets/keys.toml (.toml)");
     command->add_option("--replay", arguments->replay,

@@ -26,7 +26,8 @@ const char* const footer =
     "  30 inject 12 ml at 6 ml/s into aorta of 320 mg/ml       31 mode dsa, live, roadmap; mask; reference\n"
     "  32 advance catheter 5 mm; rotate all 20 deg             33 remove wire; exchange wire rosen035\n"
     "  34 inject 6 ml at 3 ml/s through catheter\n"
-    "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
+    "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm\n"
+    "  50 complication spasm of LRA at 10 mm over 20 mm by 60 percent   90 relieve all";
 
 struct RunArguments {
     std::vector<std::string> set;

@@ -127,6 +127,7 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
                    fmt::format("{} ({}, in {})", exercise::mishap_texts[kind], exercise::amount_text(mark),
                                exercise::place_text(mark)));
     }
+    if (!s.teacher.empty()) print_line(exercise::heading_of(s.teacher), exercise::text_of(s.teacher));
 }
 
 int score(const std::filesystem::path& file, const ScoreArguments& arguments) {

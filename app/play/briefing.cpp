@@ -209,9 +209,7 @@ void Play::draw_briefing_map() {
                                                   colour(palette::well));
         return;
     }
-    MapMarks marks{{}, s.target.centre.value_or(geometry::Vec3::Zero()), s.target.radius};
-    for (const anatomy::VesselTarget& known : anatomy->targets)
-        if (known.name == s.target.name) marks.target = known.centre;
+    MapMarks marks{{}, target_of(s.target, *anatomy), s.target.radius};
     for (const anatomy::VesselEnd& end : anatomy->ends)
         if (end.opening.name == s.entry.end) marks.start = end.opening.centre;
     draw_map(*ImGui::GetWindowDrawList(), area, window_.unit(), *anatomy, s.c_arm, marks);

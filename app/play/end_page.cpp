@@ -22,6 +22,14 @@ using render::Face;
 /// Where the errors happened; each is a way into the images of its moment.
 void Play::draw_events() {
     const exercise::Score& score = view_->score;
+    if (!score.teacher.empty())
+        wrapped(palette::calm, fmt::format("{}: {}.", exercise::heading_of(score.teacher),
+                                           exercise::text_of(score.teacher)));
+    if (view_->events)
+        for (const room::LessonEvent& event : *view_->events)
+            if (event.kind == room::LessonEvent::Kind::Comment)
+                wrapped(palette::beam,
+                        fmt::format("{}  The teacher: {}", render::clock_text(event.seconds), event.what));
     if (score.mishaps.empty() && score.wrong_branches.empty()) {
         if (score.frames > 0) text(palette::good, "No error of handling, no wrong branch.");
         return;
@@ -197,7 +205,7 @@ void Play::draw_end() {
             wrapped(palette::alarm, view_->differences[k]);
     }
     if (view_->tuned)
-        text(palette::label, "The instructor changed the model: this attempt has no score.");
+        text(palette::label, "The teacher changed the model: this attempt has no score.");
     else if (free_practice_)
         text(palette::value, fmt::format("{} of practice, {} times taken back",
                                          render::clock_text(view_->readout.time), view_->taken_back));

@@ -59,6 +59,12 @@ geometry::Polyline way_between(const anatomy::Anatomy& anatomy, const anatomy::V
 
 }  // namespace
 
+geometry::Vec3 target_of(const scenario::Target& target, const anatomy::Anatomy& anatomy) {
+    for (const anatomy::VesselTarget& known : anatomy.targets)
+        if (known.name == target.name) return known.centre;
+    return target.centre.value_or(geometry::Vec3::Zero());
+}
+
 void draw_map(ImDrawList& list, const render::Box& area, float unit, const anatomy::Anatomy& anatomy,
               const render::CArm& view, const MapMarks& marks) {
     const render::ArmAxes axes = render::axes(view);

@@ -221,7 +221,7 @@ void Play::draw_menu() {
         save_settings();
     }
     if (session_ && screen_ == Screen::Room) {
-        if (ImGui::Button("Instructor's view", wide)) {
+        if (ImGui::Button(teacher_.is_open() ? "Close the teacher's window" : "Teacher's window", wide)) {
             go_on();
             obey(Action::Instructor);
         }

@@ -1,7 +1,6 @@
 #include "app/play/play.h"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 #include <fstream>
 #include <imgui.h>
@@ -13,7 +12,6 @@
 namespace app {
 namespace {
 
-using room::Action;
 using room::Clock;
 using room::Phase;
 
@@ -24,25 +22,7 @@ double seconds(Clock::duration d) {
     return std::chrono::duration<double>(d).count();
 }
 
-double share(std::vector<double> values, double part) {
-    if (values.empty()) return 0;
-    const std::size_t at = std::min(values.size() - 1, static_cast<std::size_t>(part * values.size()));
-    std::nth_element(values.begin(), values.begin() + at, values.end());
-    return values[at];
-}
-
 }  // namespace
-
-void Measure::write(const std::filesystem::path& path, int frames, int lost) const {
-    const auto part = [](const std::vector<double>& values) {
-        return fmt::format("{{\"count\": {}, \"median\": {:.2f}, \"p99\": {:.2f}, \"max\": {:.2f}}}",
-                           values.size(), share(values, 0.5), share(values, 0.99), share(values, 1));
-    };
-    io::write_whole(path,
-                    fmt::format("{{\n  \"start_to_first_image_s\": {:.2f},\n  \"key_to_image_ms\": {},\n  "
-                                "\"interface_ms\": {},\n  \"frames\": {},\n  \"late_frames\": {}\n}}\n",
-                                first_.value_or(0), part(latency_), part(interface_), frames, lost));
-}
 
 Play::Play(Window& window, PlayOptions options)
     : window_(window),
@@ -51,13 +31,14 @@ Play::Play(Window& window, PlayOptions options)
       image_(window.gl()),
       reference_(window.gl()),
       review_(window.gl()),
-      instructor_(window.gl()),
+      teacher_(options_.teacher_width, options_.teacher_height),
       opened_(Clock::now()),
       drawn_at_(Clock::now()) {
     load_settings();
     set_learner(options_.learner.value_or(""));
     options_.keys.labels = Window::key_labels();
     thumbnails_.resize(options_.exercises.size());
+    if (options_.teacher) open_teacher();
     if (!options_.replays.empty())
         show_replay(0);
     else if (options_.start)
@@ -67,6 +48,8 @@ Play::Play(Window& window, PlayOptions options)
 }
 
 Play::~Play() {
+    teacher_.close();
+    window_.activate();
     debriefing_stops_ = true;
     if (debriefing_.valid()) debriefing_.wait();
 }
@@ -98,6 +81,7 @@ void Play::set_learner(const std::string& name) {
         attempts_problem_ = error.what();
         attempts_ = {};
     }
+    list_results();
 }
 
 bool Play::has_passed(std::size_t exercise) const {
@@ -151,6 +135,7 @@ void Play::show_replay(std::size_t number) {
 }
 
 void Play::open(std::size_t exercise, bool free_practice, const std::string& patient) {
+    teacher_.attend(nullptr);
     session_.reset();
     patient_ = patient;
     chosen_ = exercise;
@@ -161,7 +146,6 @@ void Play::open(std::size_t exercise, bool free_practice, const std::string& pat
     debriefing_text_.clear();
     review_.reset();
     run_pictures_.clear();
-    instructor_.reset();
     review_open_ = menu_ = false;
     countdown_.reset();
     asking_.reset();
@@ -183,6 +167,7 @@ void Play::open(std::size_t exercise, bool free_practice, const std::string& pat
     session.wake = Window::wake;
     session_ = std::make_unique<room::Session>(std::move(session));
     view_ = session_->view();
+    teacher_.attend(session_.get());
     drawn_serial_ = drawn_image_ = -1;
     screen_ = is_replay_ || shows_solution_ ? Screen::Room : Screen::Briefing;
 }
@@ -236,6 +221,7 @@ void Play::leave() {
     if (session_ && view_ && !options_.measure.empty())
         measure_.write(options_.measure, view_->frames, view_->lost_frames);
     if (view_) differed_ = differed_ || !view_->differences.empty();
+    teacher_.attend(nullptr);
     session_.reset();
     view_.reset();
     shows_solution_ = is_replay_ = false;
@@ -249,7 +235,9 @@ bool Play::run() {
     while (!quits_ && !window_.wants_to_close() && !(options_.interrupted && options_.interrupted())) {
         const double since = seconds(Clock::now() - drawn_at_);
         const bool busy = redraw_ > 0 || countdown_ || (review_open_ && review_.moves());
-        window_.wait(busy ? std::max(0.0, fastest - since) : idle);
+        const double wait = busy ? std::max(0.0, fastest - since) : idle;
+        // While frames come they say when it is time for the teacher's window.
+        window_.wait(running() ? wait : std::min(wait, teacher_.due_in().value_or(idle)));
         const Events events = window_.take_events();
         if (events.any) {
             redraw_ = 3;
@@ -257,173 +245,50 @@ bool Play::run() {
         }
         pass_on(events);
         watch_session();
+        teacher_.hear(lesson(), window_);
         if (view_ && view_->serial != drawn_serial_) redraw_ = std::max(redraw_, 1);
         if (countdown_ || (review_open_ && review_.moves())) redraw_ = std::max(redraw_, 1);
-        if (redraw_ == 0 || !window_.can_be_seen()) {
-            if (!window_.can_be_seen()) redraw_ = 3;
-            continue;
-        }
-        const auto start = Clock::now();
-        if (seconds(start - drawn_at_) < 0.9 * fastest && !events.any) continue;
-        window_.begin_frame(choose_unit());
-        draw(static_cast<float>(seconds(start - drawn_at_)));
-        window_.end_frame();
-        --redraw_;
-        const auto end = Clock::now();
-        drawn_at_ = start;
-        if (view_) {
-            drawn_serial_ = view_->serial;
-            if (screen_ == Screen::Room) measure_.interface(seconds(end - start) * 1000);
-            if (view_->image && drawn_image_ != view_->image_serial) {
-                drawn_image_ = view_->image_serial;
-                measure_.first_image(seconds(end - opened_));
-                if (view_->asked && view_->asked != measured_) {
-                    measured_ = view_->asked;
-                    measure_.latency(seconds(end - *view_->asked) * 1000);
-                }
-            }
-        }
+        const bool drawn = draw_if_due(events);
+        // The teacher's comes when the trainee's next frame is farthest away.
+        if (const auto ms = teacher_.draw_if_due(lesson(), window_, drawn || !running()))
+            measure_.teacher(*ms);
     }
     leave();
     return differed_;
 }
 
-void Play::obey(Action action) {
-    switch (action) {
-        case Action::Help:
-            help_ = !help_;
-            break;
-        case Action::Menu:
-            if (help_)
-                help_ = false;
-            else if (review_open_)
-                review_open_ = false;
-            else if (instructor_open_)
-                instructor_open_ = false;
-            else
-                menu_ = !menu_;
-            if (session_ && screen_ == Screen::Room)
-                session_->give(menu_ ? room::Control::Pause : room::Control::Resume);
-            break;
-        case Action::Instructor:
-            instructor_open_ = !instructor_open_;
-            if (session_)
-                session_->give(instructor_open_ ? room::Control::WatchSolver : room::Control::IgnoreSolver);
-            break;
-        case Action::Review:
-            review_open_ = !review_open_;
-            break;
-        case Action::Pause:
-            if (session_ && view_ && !countdown_) {
-                if (view_->phase == Phase::Paused) session_->did(Action::Pause);
-                session_->give(running() ? room::Control::Pause : room::Control::Resume);
-            }
-            break;
-        case Action::Skip:
-            if (session_) session_->give(room::Control::SkipStep);
-            break;
-        case Action::TakeBack:
-            if (session_) session_->give(room::Control::TakeBack);
-            break;
-        case Action::Finish:
-        case Action::BackToStart:
-            ask(action);
-            break;
-        default:
-            break;
+/// Returns whether the window was drawn.
+bool Play::draw_if_due(const Events& events) {
+    if (!window_.can_be_seen()) {
+        redraw_ = 3;
+        return true;
     }
+    if (redraw_ == 0) return false;
+    const auto start = Clock::now();
+    if (seconds(start - drawn_at_) < 0.9 * fastest && !events.any) return false;
+    window_.begin_frame(window_.fitting_unit());
+    draw(static_cast<float>(seconds(start - drawn_at_)));
+    window_.end_frame();
+    --redraw_;
+    drawn_at_ = start;
+    measure(start);
+    return true;
 }
 
-/// Asks before an attempt ends; of what a script plays nothing is lost.
-void Play::ask(Action action) {
-    if (!session_ || !view_ || countdown_ || (!running() && view_->phase != Phase::Paused)) return;
-    if (session_->options().script) {
-        if (action == Action::Finish) session_->give(room::Control::Finish);
-        return;
+void Play::measure(Clock::time_point start) {
+    if (!view_) return;
+    const auto end = Clock::now();
+    if (screen_ == Screen::Room) {
+        measure_.interface(seconds(end - start) * 1000);
+        if (running() && view_->serial != drawn_serial_) measure_.shown(seconds(end - view_->made) * 1000);
     }
-    asking_ = action;
-    ran_ = running();
-    session_->give(room::Control::Pause);
-}
-
-void Play::answer(bool yes) {
-    const Action asked = *std::exchange(asking_, {});
-    if (yes && asked == Action::Finish) return session_->give(room::Control::Finish);
-    if (yes) {
-        room::Input input;
-        input.pressed.push_back(Action::BackToStart);
-        session_->give(input);
-    }
-    if (yes || ran_) session_->give(room::Control::Resume);
-}
-
-void Play::hear_answer(const Events& events) {
-    session_->give(room::Input());
-    for (const room::Key key : events.pressed) {
-        const std::string_view name = room::key_names()[static_cast<std::size_t>(key)];
-        const bool yes = name == "Enter" || name == "KeypadEnter" || name == "GamepadA";
-        if (yes || name == "Escape" || name == "GamepadB") return answer(yes);
-    }
-}
-
-/// Handles keys of the window; hands and feet go to the session.
-void Play::pass_on(const Events& events) {
-    const room::KeyMap& map = options_.keys;
-    if (asking_) return hear_answer(events);
-    if (screen_ == Screen::Room && session_) {
-        const bool hands_free = !menu_ && !review_open_ && !countdown_;
-        room::Input input = hands_free ? input_of(events) : room::Input();
-        std::optional<Clock::time_point> asked;
-        for (const room::Key key : events.pressed) {
-            for (int k = 0; k < room::actions; ++k) {
-                const auto action = static_cast<Action>(k);
-                if (std::find(map.keys[k].begin(), map.keys[k].end(), key) == map.keys[k].end()) continue;
-                obey(action);
-                if (asking_) return session_->give(room::Input());
-                if (hands_free && room::moves_device(action)) asked = events.first_press;
-            }
-        }
-        if (events.wheel != 0 && hands_free) asked = Clock::now();
-        session_->give(input, asked);
-        return;
-    }
-    if (ImGui::GetIO().WantTextInput) return;  // a name is being typed
-    for (const room::Key key : events.pressed)
-        for (const Action action : {Action::Help, Action::Menu}) {
-            const auto& keys = map.keys[static_cast<int>(action)];
-            if (std::find(keys.begin(), keys.end(), key) != keys.end()) obey(action);
-        }
-}
-
-room::Input Play::input_of(const Events& events) {
-    const room::KeyMap& map = options_.keys;
-    room::Input input;
-    for (int k = 0; k < room::actions; ++k) {
-        for (const room::Key key : map.keys[k]) {
-            const bool pressed =
-                std::find(events.pressed.begin(), events.pressed.end(), key) != events.pressed.end();
-            if (window_.holds(key) || pressed) input.held.set(static_cast<std::size_t>(k));
-            // What begins a new attempt is asked first.
-            if (pressed && static_cast<Action>(k) >= room::first_pressed &&
-                static_cast<Action>(k) != Action::BackToStart)
-                input.pressed.push_back(static_cast<Action>(k));
-        }
-    }
-    for (const room::Key key : events.pressed)
-        for (std::size_t k = 0; k < map.injections.size(); ++k)
-            if (map.injections[k].key == key) input.injections.push_back(static_cast<int>(k));
-    input.wheel = help_ ? 0 : events.wheel;  // there it scrolls
-    used_left_ = used_left_ || input.holds(Action::LeftAdvance) || input.holds(Action::LeftWithdraw);
-    input.drag_up = std::exchange(drag_up_, 0);
-    input.drag_right = std::exchange(drag_right_, 0);
-    input.arm_lao = std::exchange(arm_lao_, 0);
-    input.arm_cranial = std::exchange(arm_cranial_, 0);
-    input.table_left = std::exchange(table_left_, 0);
-    input.table_head = std::exchange(table_head_, 0);
-    const Window::Sticks sticks = window_.sticks();
-    input.push = sticks.push;
-    input.turn = sticks.turn;
-    return input;
+    drawn_serial_ = view_->serial;
+    if (!view_->image || drawn_image_ == view_->image_serial) return;
+    drawn_image_ = view_->image_serial;
+    measure_.first_image(seconds(end - opened_));
+    if (!view_->asked || view_->asked == measured_) return;
+    measured_ = view_->asked;
+    measure_.latency(seconds(end - *view_->asked) * 1000);
 }
 
 /// What was opened and is closed again was practised.
@@ -456,7 +321,6 @@ void Play::watch_session() {
                 countdown_.reset();
                 session_->give(room::Control::Start);
             }
-            if (instructor_open_) session_->give(room::Control::WatchSolver);
         }
         if (view_->phase == Phase::Ended && screen_ == Screen::Room) end_attempt();
     } else {
@@ -488,14 +352,7 @@ void Play::settle() {
     } catch (const io::InputError& error) {
         results_problem_ = error.what();
     }
-}
-
-/// The largest unit at which the readouts fit the height, in steps, as each needs its own font.
-float Play::choose_unit() const {
-    const float height = static_cast<float>(window_.height()), width = static_cast<float>(window_.width());
-    const float fits = std::min((height - 30) / 790.0f, width / 1050.0f);
-    const float steps = 20;
-    return std::clamp(std::floor(fits * steps) / steps, 0.6f, 4.0f);
+    list_results();
 }
 
 render::Canvas Play::canvas(render::Point origin) const {

@@ -12,8 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "app/play/instructor.h"
+#include "app/play/measure.h"
 #include "app/play/review.h"
+#include "app/play/teacher.h"
 #include "app/play/window.h"
 #include "engine/exercise/grade.h"
 #include "engine/room/attempts.h"
@@ -58,6 +59,8 @@ struct PlayOptions {
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
+    bool teacher = false;  // the teacher's window is open from the start
+    int teacher_width = 1280, teacher_height = 800;
     bool open_all = false;  // every exercise is open, whatever was passed
     script::Origin origin;  // of recordings: the program
     std::string patient;    // of `start`, as scenario::load_scenario takes it; empty = the first
@@ -66,22 +69,6 @@ struct PlayOptions {
     MakeDebriefing make_debriefing;
     std::function<void(const std::filesystem::path&)> show_page;  // in a browser. Throws io::InputError
     std::function<bool()> interrupted;  // asked several times a second; true closes the window
-};
-
-/// How responsive the window was, for --measure.
-class Measure {
-public:
-    void interface(double ms) { interface_.push_back(ms); }
-    void latency(double ms) { latency_.push_back(ms); }
-    void first_image(double seconds) {
-        if (!first_) first_ = seconds;
-    }
-    /// Writes JSON. Throws io::InputError.
-    void write(const std::filesystem::path&, int frames, int lost) const;
-
-private:
-    std::vector<double> interface_, latency_;  // [ms]
-    std::optional<double> first_;              // [s]
 };
 
 class Play {
@@ -119,7 +106,13 @@ private:
     void end_attempt();
     void settle();
     bool running() const { return view_ && view_->phase == room::Phase::Running; }
+    void open_teacher();
+    Lesson lesson() const;
+    void list_results();
+    bool shows(script::TeacherAct::Thing thing) const { return teacher_.shows(thing); }
 
+    bool draw_if_due(const Events&);
+    void measure(room::Clock::time_point start);
     void draw(float seconds);
     void draw_learner();
     void draw_chooser();
@@ -142,6 +135,8 @@ private:
     void draw_grade();
     void draw_end_buttons();
     void draw_caption(const render::Box& image);
+    void draw_shown_by_teacher(const render::Box& image, float left, float top, float side);
+    render::Readout shown_readout() const;
     void draw_briefing_map();
     std::optional<std::string> draw_patients();
     void draw_help();
@@ -150,7 +145,6 @@ private:
     void draw_asking();
     void draw_menu();
     Texture* thumbnail(std::size_t exercise);
-    float choose_unit() const;
     float u(float units) const { return units * window_.unit(); }
     render::Canvas canvas(render::Point origin = {0, 0}) const;
     void load_settings();
@@ -179,7 +173,7 @@ private:
     bool settled_ = false;  // the attempt is among the results
     std::string results_problem_;
     std::optional<room::Clock::time_point> countdown_;
-    bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
+    bool help_ = false, menu_ = false, review_open_ = false, hints_ = true;
     std::array<bool, 3> were_open_{};  // review, help and menu, when the guide was last told
     bool quits_ = false, differed_ = false;
     std::optional<room::Action> asking_;  // whether it is meant; the exercise waits meanwhile
@@ -193,7 +187,9 @@ private:
     std::vector<std::unique_ptr<Texture>> thumbnails_;
     std::map<int, std::unique_ptr<Texture>> run_pictures_;  // by the run's number
     Review review_;
-    Instructor instructor_;
+    Teacher teacher_;
+    std::vector<Lesson::Result> lesson_results_;  // of the learner, for the teacher
+    std::string teacher_problem_;
     Measure measure_;
     std::optional<room::Clock::time_point> measured_;
     long drawn_serial_ = -1, drawn_image_ = -1;

@@ -21,6 +21,7 @@ using render::Face;
 using render::Ink;
 using room::Action;
 using room::Phase;
+using Thing = script::TeacherAct::Thing;
 
 struct Hint {
     Action action;
@@ -56,23 +57,12 @@ void Play::draw_room() {
         draw_reference({width - column - beside, 0, width - column, end});
         draw_runs(equal ? Box{0, end, width - column, tall}
                         : Box{width - column - beside, end, width - column, tall});
-    } else if (view_->reference) {
+    } else if (view_->reference && shows(Thing::Reference)) {
         const float side = 0.28f * std::min(image.right, tall);
         draw_reference({image.right - side - u(8), tall - side - u(84), image.right - u(8), tall - u(64)});
     }
     draw_column({width - column, 0, width, tall});
     draw_strip({0, tall, width, height});
-    if (instructor_open_ && session_->anatomy()) {
-        const auto anatomy = session_->anatomy();
-        const scenario::Scenario& s = session_->options().scenario;
-        geometry::Vec3 target = s.target.centre.value_or(geometry::Vec3::Zero());
-        for (const anatomy::VesselTarget& known : anatomy->targets)
-            if (known.name == s.target.name) target = known.centre;
-        const std::optional<exercise::Tuning> asked =
-            instructor_.draw(*view_, *anatomy, target, s.target.radius,
-                             {width * 0.34f, u(10), width - u(10), tall - u(10)}, window_);
-        if (asked) session_->give(*asked);
-    }
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
     if (!view_) return;  // the trainee left the room
     if (view_->guide)
@@ -85,7 +75,7 @@ void Play::draw_room() {
 
 /// What the author says of what the solution does now.
 void Play::draw_caption(const Box& image) {
-    if (!session_->options().script || view_->frames == 0) return;
+    if (!session_->options().script || view_->frames == 0 || !shows(Thing::Captions)) return;
     const std::string words(session_->options().script->caption_at(view_->frames - 1));
     if (words.empty()) return;
     const float width = std::min(image.right - image.left - u(20), u(620));
@@ -114,11 +104,13 @@ void Play::draw_image(const Box& area) {
     const float unit = window_.unit();
     render::draw_image_marks(marks, {left / unit, top / unit, (left + side) / unit, (top + side) / unit},
                              view_->readout);
+    draw_shown_by_teacher(area, left, top, side);
 
     if (view_->phase == Phase::Paused && screen_ == Screen::Room) {
         list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), IM_COL32(14, 18, 21, 150));
-        marks.text({(left + side / 2) / unit, (top + side / 2) / unit - 12}, "PAUSED", Face::Title,
-                   palette::caution, Align::Centre);
+        marks.text({(left + side / 2) / unit, (top + side / 2) / unit - 12},
+                   view_->teacher_paused ? "THE TEACHER HAS PAUSED" : "PAUSED", Face::Title, palette::caution,
+                   Align::Centre);
     }
 
     // The mouse on the image acts as a hand on the wire.
@@ -155,7 +147,10 @@ void Play::draw_reference(const Box& area) {
     list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::well));
     render::Canvas sheet = canvas();
     sheet.text({left / unit, (area.top + u(6)) / unit}, "REFERENCE", Face::Small, palette::label);
-    if (view_->reference) {
+    if (!shows(Thing::Reference)) {
+        sheet.text({(left + side / 2) / unit, (top + side / 2) / unit - 8}, "hidden by the teacher",
+                   Face::Plain, palette::faint, Align::Centre, side / unit);
+    } else if (view_->reference) {
         reference_.show(*view_->reference, reinterpret_cast<std::intptr_t>(view_->reference.get()));
         list.AddImage(reference_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
     } else {
@@ -212,7 +207,7 @@ void Play::draw_column(const Box& area) {
     render::Canvas sheet = canvas({area.left, area.top});
     const float unit = window_.unit();
     const float width = (area.right - area.left) / unit, height = (area.bottom - area.top) / unit;
-    render::draw_readouts(sheet, {0, 4, width, height}, view_->readout);
+    render::draw_readouts(sheet, {0, 4, width, height}, shown_readout());
 
     // The pictograms of the arm can be dragged: rotation on the left one, angulation on the right one.
     ImGui::SetNextWindowPos(ImVec2(area.left, area.top + u(24)));
@@ -266,8 +261,12 @@ void Play::draw_strip(const Box& area) {
         item("REPLAY", view_->differences.empty() ? "as recorded" : "differs",
              view_->differences.empty() ? palette::calm : palette::alarm);
     if (view_->phase == Phase::Paused)
-        item("PAUSED", asking_ ? "answer first" : options_.keys.first(Action::Pause) + " goes on",
+        item("PAUSED",
+             view_->teacher_paused ? "the teacher lets you go on"
+             : asking_             ? "answer first"
+                                   : options_.keys.first(Action::Pause) + " goes on",
              palette::caution);
+    if (!teacher_problem_.empty()) item("TEACHER", teacher_problem_, palette::alarm);
     if (view_->slow) item("SLOW", "frames are late", palette::alarm);
     const float right = (area.right - area.left) / window_.unit() - 14;
     const std::string record = view_->recording                                   ? "REC"
@@ -282,7 +281,9 @@ void Play::draw_strip(const Box& area) {
 }
 
 void Play::draw_hint(const Box& image) {
-    if (!hints_ || view_->phase != Phase::Running || countdown_ || shows_solution_ || is_replay_) return;
+    if (!hints_ || !shows(Thing::Hints) || view_->phase != Phase::Running || countdown_ || shows_solution_ ||
+        is_replay_)
+        return;
     // The next hint appears when the action requested by the last one was done.
     const exercise::Score& score = view_->score;
     const bool done[] = {score.beam_on_time > 1, score.advanced > 5,

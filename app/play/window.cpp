@@ -103,100 +103,181 @@ void Texture::show(const render::GrayImage& image, long serial, bool shrinks) {
     if (shrinks) gl_.GenerateMipmap(GL_TEXTURE_2D);
 }
 
+/// Events come for any window, whichever is activated: Dear ImGui is told of each in the context of its
+/// window.
 struct Window::Callbacks {
-    static Window& of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+    class Of {
+    public:
+        explicit Of(GLFWwindow* window)
+            : self_(static_cast<Window*>(glfwGetWindowUserPointer(window))),
+              before_(ImGui::GetCurrentContext()) {
+            ImGui::SetCurrentContext(self_->imgui_);
+            self_->events_.any = true;
+        }
+        ~Of() { ImGui::SetCurrentContext(before_); }
+        Of(const Of&) = delete;
+        Of& operator=(const Of&) = delete;
+        Window* operator->() const { return self_; }
 
-    static void key(GLFWwindow* window, int code, int, int action, int) {
-        Window& self = of(window);
-        self.events_.any = true;
+    private:
+        Window* self_;
+        ImGuiContext* before_;
+    };
+
+    static void key(GLFWwindow* window, int code, int scan, int action, int mods) {
+        const Of self(window);
+        ImGui_ImplGlfw_KeyCallback(window, code, scan, action, mods);
         if (code == GLFW_KEY_UNKNOWN) return;
         const auto& table = codes();
         const auto found = std::find(table.begin(), table.end(), code);
         if (found == table.end()) return;
-        self.change(static_cast<room::Key>(found - table.begin()), action != GLFW_RELEASE,
-                    action == GLFW_PRESS);
+        self->change(static_cast<room::Key>(found - table.begin()), action != GLFW_RELEASE,
+                     action == GLFW_PRESS);
+    }
+    static void character(GLFWwindow* window, unsigned code) {
+        const Of self(window);
+        ImGui_ImplGlfw_CharCallback(window, code);
     }
     static void focus(GLFWwindow* window, int has) {
-        Window& self = of(window);
-        self.events_.any = true;
+        const Of self(window);
+        ImGui_ImplGlfw_WindowFocusCallback(window, has);
         // A window that loses the focus is never told that a key was released.
-        if (!has) std::fill(self.held_.begin(), self.held_.end(), false);
+        if (!has) std::fill(self->held_.begin(), self->held_.end(), false);
     }
-    static void scroll(GLFWwindow* window, double, double y) {
-        of(window).events_.any = true;
-        of(window).events_.wheel += y;
+    static void scroll(GLFWwindow* window, double x, double y) {
+        const Of self(window);
+        ImGui_ImplGlfw_ScrollCallback(window, x, y);
+        self->events_.wheel += y;
     }
     static void size(GLFWwindow* window, int width, int height) {
-        Window& self = of(window);
-        self.events_.any = true;
-        self.width_ = width;
-        self.height_ = height;
+        const Of self(window);
+        self->width_ = width;
+        self->height_ = height;
     }
-    static void touched(GLFWwindow* window) { of(window).events_.any = true; }
+    static void touched(GLFWwindow* window) { const Of self(window); }
     static void cursor(GLFWwindow* window, double, double) { touched(window); }
-    static void button(GLFWwindow* window, int, int, int) { touched(window); }
+    static void enter(GLFWwindow* window, int entered) {
+        const Of self(window);
+        ImGui_ImplGlfw_CursorEnterCallback(window, entered);
+    }
+    static void button(GLFWwindow* window, int number, int action, int mods) {
+        const Of self(window);
+        ImGui_ImplGlfw_MouseButtonCallback(window, number, action, mods);
+    }
 };
 
-Window::Window(int width, int height, const std::string& title) : held_(room::key_names().size(), false) {
+namespace {
+
+int open_windows = 0;
+
+/// Throws io::InputError with the version of OpenGL that there is.
+[[noreturn]] void refuse_display() {
+    const std::string why = last_error;
+    glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+    std::string found = "none";
+    if (GLFWwindow* any = glfwCreateWindow(16, 16, "", nullptr, nullptr)) {
+        glfwMakeContextCurrent(any);
+        if (const auto get = reinterpret_cast<PFNGLGETSTRINGPROC>(glfwGetProcAddress("glGetString")))
+            found = reinterpret_cast<const char*>(get(GL_VERSION));
+        glfwDestroyWindow(any);
+    }
+    if (open_windows == 0) glfwTerminate();
+    throw io::InputError(
+        "the window needs OpenGL 3.3; found was {} ({}); without a window, 'seldinger run' plays scripts "
+        "and recordings",
+        found, why);
+}
+
+}  // namespace
+
+Window::Window(const Place& place, const std::string& title) : held_(room::key_names().size(), false) {
     glfwSetErrorCallback(note_error);
     if (!glfwInit())
         throw io::InputError(
             "no display to open a window on ({}); without one, 'seldinger run' plays scripts and recordings",
             last_error);
+    glfwDefaultWindowHints();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-    window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
-    if (!window_) {
-        const std::string why = last_error;
-        // Finds out which version there is, for the message.
-        glfwDefaultWindowHints();
+    if (place.beside) {
+        glfwWindowHint(GLFW_FOCUSED, GLFW_FALSE);
+        glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
         glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
-        std::string found = "none";
-        if (GLFWwindow* any = glfwCreateWindow(16, 16, "", nullptr, nullptr)) {
-            glfwMakeContextCurrent(any);
-            if (const auto get = reinterpret_cast<PFNGLGETSTRINGPROC>(glfwGetProcAddress("glGetString")))
-                found = reinterpret_cast<const char*>(get(GL_VERSION));
-            glfwDestroyWindow(any);
-        }
-        glfwTerminate();
-        throw io::InputError(
-            "the window needs OpenGL 3.3; found was {} ({}); without a window, 'seldinger run' plays scripts "
-            "and recordings",
-            found, why);
+    }
+    window_ = glfwCreateWindow(place.width, place.height, title.c_str(), nullptr, nullptr);
+    if (!window_) refuse_display();
+    ++open_windows;
+    if (place.beside) {
+        put_beside(*place.beside);
+        glfwShowWindow(window_);
     }
     glfwMakeContextCurrent(window_);
-    glfwSwapInterval(1);
+    // Windows that all waited for their screens would wait for one another.
+    glfwSwapInterval(place.beside ? 0 : 1);
     gl_ = std::make_unique<Gl>();
     glfwGetFramebufferSize(window_, &width_, &height_);
     glfwSetWindowSizeLimits(window_, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
 
-    glfwSetWindowUserPointer(window_, this);
-    glfwSetKeyCallback(window_, Callbacks::key);
-    glfwSetWindowFocusCallback(window_, Callbacks::focus);
-    glfwSetScrollCallback(window_, Callbacks::scroll);
-    glfwSetCursorPosCallback(window_, Callbacks::cursor);
-    glfwSetMouseButtonCallback(window_, Callbacks::button);
-    glfwSetFramebufferSizeCallback(window_, Callbacks::size);
-    glfwSetWindowRefreshCallback(window_, Callbacks::touched);
-
-    ImGui::CreateContext();
+    imgui_ = ImGui::CreateContext();
+    ImGui::SetCurrentContext(imgui_);
     ImGuiIO& io = ImGui::GetIO();
     io.IniFilename = nullptr;
     io.LogFilename = nullptr;
     io.ConfigWindowsMoveFromTitleBarOnly = true;
-    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // also calls the callbacks set above
+    ImGui_ImplGlfw_InitForOpenGL(window_, false);
     ImGui_ImplOpenGL3_Init("#version 330");
+
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, Callbacks::key);
+    glfwSetCharCallback(window_, Callbacks::character);
+    glfwSetWindowFocusCallback(window_, Callbacks::focus);
+    glfwSetScrollCallback(window_, Callbacks::scroll);
+    glfwSetCursorPosCallback(window_, Callbacks::cursor);
+    glfwSetCursorEnterCallback(window_, Callbacks::enter);
+    glfwSetMouseButtonCallback(window_, Callbacks::button);
+    glfwSetFramebufferSizeCallback(window_, Callbacks::size);
+    glfwSetWindowRefreshCallback(window_, Callbacks::touched);
     events_.any = true;
 }
 
 Window::~Window() {
+    activate();
     ImGui_ImplOpenGL3_Shutdown();
     ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
+    ImGui::DestroyContext(imgui_);
     glfwDestroyWindow(window_);
-    glfwTerminate();
+    if (--open_windows == 0) glfwTerminate();
+}
+
+/// In the middle of a monitor that does not show the other window; else to its right or left, as far as
+/// there is room.
+void Window::put_beside(const Window& other) const {
+    int x = 0, y = 0, width = 0, height = 0, mine_wide = 0, mine_high = 0, count = 0;
+    glfwGetWindowPos(other.window_, &x, &y);
+    glfwGetWindowSize(other.window_, &width, &height);
+    glfwGetWindowSize(window_, &mine_wide, &mine_high);
+    GLFWmonitor** monitors = glfwGetMonitors(&count);
+    for (int k = 0; k < count; ++k) {
+        int left = 0, top = 0, wide = 0, high = 0;
+        glfwGetMonitorWorkarea(monitors[k], &left, &top, &wide, &high);
+        const bool shows_other = x + width / 2 >= left && x + width / 2 < left + wide &&
+                                 y + height / 2 >= top && y + height / 2 < top + high;
+        if (!shows_other)
+            return glfwSetWindowPos(window_, left + std::max(0, (wide - mine_wide) / 2),
+                                    top + std::max(0, (high - mine_high) / 2));
+        const int on_right = left + wide - (x + width), on_left = x - left;
+        const int beside = on_right >= on_left ? std::min(x + width, left + std::max(0, wide - mine_wide))
+                                               : std::max(left, x - mine_wide);
+        glfwSetWindowPos(window_, beside, std::clamp(y, top, top + std::max(0, high - mine_high)));
+    }
+}
+
+void Window::activate() const {
+    glfwMakeContextCurrent(window_);
+    ImGui::SetCurrentContext(imgui_);
 }
 
 void Window::change(room::Key key, bool down, bool pressed) {
@@ -285,7 +366,14 @@ void Window::make_faces(float unit) {
     unit_ = unit;
 }
 
+float Window::fitting_unit() const {
+    const float fits = std::min((static_cast<float>(height_) - 30) / 790, static_cast<float>(width_) / 1050);
+    constexpr float steps = 20;
+    return std::clamp(std::floor(fits * steps) / steps, 0.6f, 4.0f);
+}
+
 void Window::begin_frame(float unit) {
+    activate();
     if (unit != unit_) make_faces(unit);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();

@@ -13,6 +13,8 @@
 #include "render/panel/canvas.h"
 #include "render/picture/image.h"
 
+struct ImGuiContext;
+
 namespace app {
 
 /// A grey image in a texture of the window's OpenGL.
@@ -47,10 +49,19 @@ struct Events {
     bool any = false;  // the window must be redrawn
 };
 
+/// A window with an OpenGL and a Dear ImGui of its own. There may be several, all of one thread and one
+/// display: what belongs to a window acts on the one that is activated.
 class Window {
 public:
+    /// Where it opens. Beside another it takes no focus from it: on a monitor of its own where there is one,
+    /// else where the other leaves most room.
+    struct Place {
+        int width = 1280, height = 800;
+        const Window* beside = nullptr;
+    };
     /// Throws io::InputError where there is no display or its OpenGL is too old, stating the version found.
-    Window(int width, int height, const std::string& title);
+    Window(const Place&, const std::string& title);
+    Window(int width, int height, const std::string& title) : Window(Place{width, height}, title) {}
     ~Window();
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
@@ -71,6 +82,8 @@ public:
     void set_title(const std::string&);
     bool can_be_seen() const;  // neither minimised nor without area
 
+    /// Textures and ImGui are this window's from now on; as after construction, and in its frames.
+    void activate() const;
     /// ImGui may be used between these two. The faces are sized by `unit` [pixels].
     void begin_frame(float unit);
     void end_frame();
@@ -80,14 +93,18 @@ public:
     int height() const { return height_; }  // [pixels]
     const render::CanvasFaces& faces() const { return faces_; }
     float unit() const { return unit_; }
+    /// The largest unit at which the readouts fit the height, in steps, as each needs its own fonts.
+    float fitting_unit() const;
 
 private:
     struct Callbacks;
+    void put_beside(const Window&) const;
     void change(room::Key, bool down, bool pressed);
     void poll_gamepad();
     void make_faces(float unit);
 
     GLFWwindow* window_ = nullptr;
+    ImGuiContext* imgui_ = nullptr;
     std::unique_ptr<Gl> gl_;
     int width_ = 0, height_ = 0;
     float unit_ = 0;

@@ -407,6 +407,31 @@ std::optional<VesselPlace> joint_of(const Anatomy& anatomy, int branch) {
     return deepest;
 }
 
+double origin_of(const Anatomy& anatomy, int branch) {
+    const CentrelineBranch& of = anatomy.branches[static_cast<std::size_t>(branch)];
+    if (of.parent < 0) return 0;
+    const CentrelineBranch& parent = anatomy.branches[static_cast<std::size_t>(of.parent)];
+    const auto held = [&](const Vec3& x) {
+        for (std::size_t i = 0; i < parent.points.size(); ++i)
+            if ((x - parent.points[i]).squaredNorm() < parent.radii[i] * parent.radii[i]) return true;
+        return false;
+    };
+    std::size_t i = 0;
+    while (i + 1 < of.points.size() && held(of.points[i])) ++i;
+    return geometry::length_of(std::span(of.points).first(i + 1));
+}
+
+std::optional<int> branch_named(const Anatomy& anatomy, std::string_view name) {
+    const auto index_of = [&](auto is_it) -> std::optional<int> {
+        const auto found = std::ranges::find_if(anatomy.branches, is_it, &CentrelineBranch::name);
+        if (found == anatomy.branches.end()) return std::nullopt;
+        return static_cast<int>(found - anatomy.branches.begin());
+    };
+    if (const auto own = index_of([&](const std::string& known) { return known == name; })) return own;
+    return index_of(
+        [&, start = std::string(name) + "+"](const std::string& known) { return known.starts_with(start); });
+}
+
 bool inside(const Anatomy& anatomy, const Vec3& point) {
     return point.allFinite() && nearest_place(anatomy, point).distance <= 0;
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "physics/geometry/centreline_tree.h"
@@ -91,6 +92,10 @@ VesselPlace nearest_place(const Anatomy&, const geometry::Vec3&);
 /// From the branch's start along its centreline to the sample [mm].
 double along(const Anatomy&, const VesselPlace&);
 bool inside(const Anatomy&, const geometry::Vec3&);
+/// Way along a branch's centreline to its origin, where it has left its parent's lumen; 0 for a root [mm].
+double origin_of(const Anatomy&, int branch);
+/// The branch of that name, or the one that runs on from a vessel of that name: "aorta" for "aorta+LCIA".
+std::optional<int> branch_named(const Anatomy&, std::string_view name);
 /// Where a branch that has no open end of its own ends inside another one, as a communicating artery does;
 /// empty for all others.
 std::optional<VesselPlace> joint_of(const Anatomy&, int branch);

@@ -3,7 +3,8 @@
 /// and the flow through each end.
 ///
 /// The vessels themselves resist no flow and all ends drain against the same venous pressure, so each end
-/// takes a fixed share of whatever enters the tree. The source delivers its inflow at any pressure.
+/// takes a fixed share of whatever enters the tree. The source delivers its inflow at any pressure. What a
+/// complication leaves in the way of blood resists it: BloodFlow::obstructed.
 
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/blood/obstruction.h"
 
 namespace blood {
 
@@ -84,7 +86,9 @@ struct BloodFlow {
         double inflow;  // mean [ml/s]
     };
     std::vector<Source> sources;  // one per tree: trees that are not connected have one each
-    std::vector<int> tree;        // of each cell, index into sources
+    /// Of each cell, index into sources; beyond a plug, which no blood comes by, from sources.size() on.
+    std::vector<int> tree;
+    int cut_off = 0;  // trees beyond plugs
 
     /// The cell one vessel radius downstream of the start of a branch.
     int entry_of(int branch) const;
@@ -92,6 +96,10 @@ struct BloodFlow {
     int nearest(const geometry::Vec3&) const;
     /// Mean flow at rest through every cell [ml/s].
     std::vector<double> resting() const;
+    /// The flow with that in the way: each end beyond it keeps the part of its share that the pressure of
+    /// arteries drives by against the bed behind it, whose resistance stays. Other ends keep what they have,
+    /// and the source delivers as much less. What is injected beyond a plug goes on, as if it were all.
+    BloodFlow obstructed(std::span<const Obstruction>) const;
 
     /// Flow into each cell from upstream [ml/s], negative where it runs back: the sources' inflow times
     /// `pulse`, with `added` [ml/s] also flowing into each cell. The added flow raises the flow of every end

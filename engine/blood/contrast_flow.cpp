@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <utility>
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -19,6 +20,8 @@ constexpr double courant = 0.8;
 /// Flow is constant and dispersion is applied once over at most this time, so that neither the pulse nor a
 /// bolus's shape depends on the frame rate [s].
 constexpr double longest_part = 1.0 / 60;
+/// Of the flow that a vessel had before a plug: what the pulse moves to and fro in it (estimate) [-].
+constexpr double stirring = 0.2;
 /// Less than this counts as drained; otherwise it would fade for ever [mg/ml].
 constexpr double faintest = 1e-12;
 
@@ -127,6 +130,23 @@ void ContrastFlow::pierce(const geometry::Vec3& place, const geometry::Vec3& out
     holes_.push_back({blood_.nearest(place), place, outward, diameter, 0, 0});
 }
 
+void ContrastFlow::obstruct(std::span<const Obstruction> all) {
+    if (all.empty() && !free_) return;
+    if (!free_) free_ = blood_;
+    if (all.empty())
+        blood_ = *std::exchange(free_, std::nullopt);
+    else
+        blood_ = free_->obstructed(all);
+    resting_ = blood_.resting();
+    stirred_.clear();
+    if (!free_ || blood_.cut_off == 0) return;
+    stirred_ = free_->resting();
+    for (std::size_t i = 0; i < stirred_.size(); ++i) {
+        const bool before = blood_.tree[i] < static_cast<int>(blood_.sources.size());
+        stirred_[i] = before && resting_[i] == 0 ? stirring * std::abs(stirred_[i]) : 0.0;
+    }
+}
+
 double ContrastFlow::left() const {
     double used = injected_;
     for (const Running& injection : running_) used += injection.left;
@@ -203,7 +223,9 @@ void ContrastFlow::leak(double pulse, double dt) {
         double all = 0;
         for (const Hole& other : holes_)
             if (blood_.tree[static_cast<std::size_t>(other.cell)] == tree) all += leak_rate(other.diameter);
-        const double inflow = pulse * blood_.sources[static_cast<std::size_t>(tree)].inflow;
+        const auto source = static_cast<std::size_t>(tree);
+        const double inflow =
+            source < blood_.sources.size() ? pulse * blood_.sources[source].inflow : 0.0;  // beyond a plug
         const double rate = leak_rate(hole.diameter) * std::min(1.0, most * inflow / all);
         added_[hole.cell] -= rate;
         hole.blood += rate * dt;
@@ -290,9 +312,11 @@ void ContrastFlow::spread(double dt) {
         diagonal_[i] = volume_[i];
         right_[i] = volume_[i] * iodine_[i];
         // A vessel's contrast spreads along it, not back out of its origin.
-        const bool alone = upstream_[i] < 0 || cells[i].branch != cells[upstream_[i]].branch;
-        change_[i] =
-            alone ? 0 : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
+        const double stirred = stirred_.empty() ? 0.0 : stirred_[i];
+        const bool alone =
+            upstream_[i] < 0 || (cells[i].branch != cells[upstream_[i]].branch && stirred == 0);
+        const double flow = std::max(std::abs(into_[i]), stirred);
+        change_[i] = alone ? 0 : dt * spec_.dispersion * cells[i].radius * flow / cells[i].distance;
     }
     for (int i = 0; i < count; ++i) {
         if (upstream_[i] < 0) continue;

@@ -2,6 +2,7 @@
 /// Contrast in the blood: it is injected, carried along the vessels, dispersed on the way, blushes in the
 /// organs behind the open ends, and drains. Plain arithmetic; the state depends on the calls alone.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -96,6 +97,9 @@ public:
     /// the larger remains. `outward`: unit, out of the vessel.
     void pierce(const geometry::Vec3& place, const geometry::Vec3& outward, double diameter);
     std::span<const Hole> holes() const { return holes_; }
+    /// From the next step on this is in the way of blood; nothing else that was. No part of the state. A
+    /// vessel before a plug, through which nothing flows, is stirred by the pulse: contrast spreads into it.
+    void obstruct(std::span<const Obstruction>);
     /// `dt` [s], 0 or more.
     void step(double dt);
     /// Restores the state after construction, bit for bit.
@@ -136,6 +140,8 @@ private:
 
     FlowSpec spec_;
     BloodFlow blood_;
+    std::optional<BloodFlow> free_;  // while there is something in the way: the flow without it
+    std::vector<double> stirred_;    // into each cell and back, of vessels before a plug; empty = none [ml/s]
     std::vector<std::string> branches_;
     std::vector<geometry::Vec3> nodes_;
     std::vector<float> radii_, shown_;

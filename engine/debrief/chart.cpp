@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/io/text.h"
 #include "physics/geometry/vec.h"
 
 namespace debrief {
@@ -180,6 +181,11 @@ std::string time_line(const Story& story) {
         "<g id=\"cursor\"><line x1=\"0\" x2=\"0\" y1=\"20\" y2=\"{:.1f}\" stroke=\"#111\" "
         "stroke-width=\"1.2\"/></g>",
         top - 8);
+    for (const script::Comment& comment : story.comments)
+        for (const Moment& m : story.moments)
+            if (m.frame == comment.frame)
+                text += fmt::format("<path d=\"M{0:.1f} 38l-5-9h10z\" fill=\"{1}\"><title>{2}</title></path>",
+                                    x(m.seconds), ink::comment, io::html_escaped(comment.text));
     // Marks that would cover one another stand a little apart.
     double beyond = -1e9;
     for (std::size_t k = 0; k < story.score.mishaps.size(); ++k) {

@@ -12,7 +12,8 @@ namespace debrief {
 struct ink {
     static constexpr const char* devices[] = {"#0072b2", "#d55e00", "#56b4e9", "#cc79a7", "#8a5a00"};
     static constexpr const char *wire = devices[0], *error = "#b4003c", *good = "#009e73",
-                                *vessel = "#f0dcd4", *edge = "#d9b8ab", *grid = "#e3e3e3";
+                                *comment = "#6a3d9a", *vessel = "#f0dcd4", *edge = "#d9b8ab",
+                                *grid = "#e3e3e3";
 };
 
 /// What the hands and the beam did over time. Marks are numbered as in score.mishaps; each is a link to

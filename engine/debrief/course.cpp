@@ -14,6 +14,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
+#include "engine/script/recording.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/parallel.h"
 
@@ -29,7 +30,7 @@ namespace debrief {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CourseRow, exercise, level, problem, reached, points, time, beam, contrast,
                                    travel, force, wrong_entries, errors, title, air_kerma, area_product,
-                                   angiograms, costs, blind)
+                                   angiograms, costs, blind, teacher)
 
 namespace {
 
@@ -65,6 +66,7 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.air_kerma = score.air_kerma;
     row.area_product = score.area_product;
     row.angiograms = score.angiograms;
+    row.teacher = exercise::text_of(score.teacher);
     return row;
 }
 
@@ -155,15 +157,17 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         row.problem = error.what();
         rows.assign(1, row);
     }
-    std::error_code failed;
-    const fs::file_time_type written = fs::last_write_time(file, failed);
+    std::optional<Day> day;
+    try {
+        day = day_of(script::time_of(file));
+    } catch (const fs::filesystem_error&) {
+        // It has gone meanwhile: its problem says so.
+    }
     for (CourseRow& one : rows) {
         one.file = file.string();
         one.learner = learner;
         one.patient = patient;
-        if (!failed)
-            one.day = day_of(std::chrono::time_point_cast<std::chrono::system_clock::duration>(
-                std::chrono::file_clock::to_sys(written)));
+        one.day = day;
     }
     return rows;
 }
@@ -232,7 +236,7 @@ std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) 
     text +=
         ",problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,debriefing,"
         "steps_done,"
-        "steps,patient\n";
+        "steps,patient,teacher\n";
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     for (const CourseRow& row : rows) {
         const bool counts = row.problem.empty();
@@ -259,7 +263,7 @@ std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) 
                      {row.title, row.day ? day_text(*row.day) : "", row.air_kerma.value_or(none),
                       row.area_product.value_or(none), figure(row.angiograms), pass, figure(row.passes(pass)),
                       row.debriefing, row.steps ? row.steps->first : none,
-                      row.steps ? row.steps->second : none, row.patient});
+                      row.steps ? row.steps->second : none, row.patient, row.teacher});
         io::append_row(text, cells);
     }
     return io::as_utf8(text);

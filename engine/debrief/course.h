@@ -34,7 +34,7 @@ struct CourseRow {
     int wrong_entries = 0;
     std::array<int, exercise::mishap_kinds> errors = {};
     std::string title;                   // of the exercise
-    std::optional<Day> day;              // on which the file was last written
+    std::optional<Day> day;              // on which it was begun, as it says, or its file was last written
     std::optional<double> air_kerma;     // K_a,r [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
     int angiograms = 0;
@@ -43,6 +43,7 @@ struct CourseRow {
     /// Of a guided lesson: steps done, and those that there are.
     std::optional<std::pair<int, int>> steps;
     std::string patient;     // as Scenario has it; empty = the first
+    std::string teacher;     // what a teacher showed, hid or paused in it
     std::string debriefing;  // its page, as a link from the course's; empty = there is none
 
     int all_errors() const;

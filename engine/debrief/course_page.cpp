@@ -237,7 +237,10 @@ std::string errors_text(const CourseRow& row) {
         if (row.errors[k] > 0)
             text += fmt::format("{}{}{}", text.empty() ? "" : "; ", exercise::mishap_texts[k],
                                 row.errors[k] > 1 ? fmt::format(" ({} times)", row.errors[k]) : "");
-    return text.empty() ? "none" : text;
+    if (text.empty()) text = "none";
+    if (!row.teacher.empty())
+        text += fmt::format("<small>the teacher: {}</small>", html_escaped(row.teacher));
+    return text;
 }
 
 std::string attempts_table(std::span<const CourseRow* const> rows, const CoursePlan& plan) {
@@ -374,7 +377,8 @@ std::string meanings() {
         "place.</dd><dt>P<sub>KA</sub>, "
         "kerma-area product</dt><dd>What the whole field received; risk to patient and staff goes with "
         "it.</dd><dt>Angiograms</dt><dd>Injections that the beam showed.</dd><dt>Day</dt><dd>On which the "
-        "recording's file was last written; copying may change it.</dd><dt>Points of each</dt><dd>Attempts "
+        "attempt was begun, as its recording says; where it does not, its file was last "
+        "written.</dd><dt>Points of each</dt><dd>Attempts "
         "in "
         "order; the dashed line passes, a ring did not reach the target.</dd></dl>",
         html_escaped(exercise::grade_formula), most_costly, recent_attempts, least_cost, clear_fall);

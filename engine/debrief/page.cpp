@@ -8,6 +8,7 @@
 #include "engine/anatomy/clinical_names.h"
 #include "engine/debrief/chart.h"
 #include "engine/debrief/page_text.h"
+#include "engine/debrief/teacher_section.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/text.h"
 #include "physics/geometry/vec.h"
@@ -263,6 +264,24 @@ std::string wrong_ways(const Story& story) {
     return text;
 }
 
+std::string minutes(double seconds) {
+    const int whole = static_cast<int>(seconds);
+    return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+/// What happened to the patient and is no error.
+std::string set_by_teacher(const Story& story) {
+    if (story.score.set_by_teacher.empty()) return "";
+    std::string text = "<h3>Set by the teacher</h3><ul class=\"teacher\">";
+    for (const exercise::SetByTeacher& event : story.score.set_by_teacher) {
+        text += fmt::format("<li>{} at {}", io::html_escaped(event.text), minutes(event.set));
+        if (event.relieved && *event.relieved > event.set)
+            text += fmt::format(", relieved at {}", minutes(*event.relieved));
+        text += event.what.held_off ? ", held off by a device that lay in it</li>" : "</li>";
+    }
+    return text + "</ul>";
+}
+
 /// With what clinicians call the branches that stand in quotes.
 std::string in_clinical_names(std::string text, const Story& story) {
     for (const geometry::CentrelineBranch& branch : story.branches) {
@@ -411,13 +430,18 @@ std::string page(std::span<const Story> stories, const Story* expert) {
                             story.scenario.devices[k].name());
     text +=
         "<i style=\"background:#e69f00\"></i>beam<i style=\"background:#8a5a00\"></i>DSA"
-        "<i style=\"background:#cc79a7\"></i>injection<i style=\"background:#b4003c\"></i>error; dashed: 1 "
-        "N, and "
-        "the target's radius. <span class=\"screen\">Click, or use the arrow keys, to look at a "
-        "moment.</span></p>";
+        "<i style=\"background:#cc79a7\"></i>injection<i style=\"background:#b4003c\"></i>error";
+    if (!story.comments.empty())
+        text += fmt::format("<i style=\"background:{}\"></i>the teacher's comment", ink::comment);
+    text +=
+        "; dashed: 1 N, and the target's radius. <span class=\"screen\">Click, or use the arrow keys, to "
+        "look "
+        "at a moment.</span></p>";
     text += time_line(story) + "<p id=\"moment\"></p>";
     text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + way_over_vessels(story) + "</section>";
-    text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_ways(story) + "</section></div>";
+    text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_ways(story) +
+            set_by_teacher(story) + "</section></div>";
+    text += teacher_section(story);
     if (!story.key_frames.empty()) text += "\n<h2>What the screen showed</h2>" + pictures(story);
     text += "\n<h2>Figures</h2>" + table(story, before, expert) + meanings(benchmark.given());
     if (attempts_of(stories).size() > 1) text += "\n<h2>Learning curve</h2>" + curves(stories);

@@ -50,6 +50,11 @@ ol.errors small{display:block;color:var(--soft);padding-left:30px}
 ul.advice{padding-left:20px}
 ol.errors b{display:inline-block;min-width:22px;text-align:center;background:#b4003c;color:#fff;border-radius:11px;
   margin-right:8px;font-size:13px}
+ul.teacher{list-style:none;padding:0;margin:0}
+ul.teacher li{padding:4px 8px;border-bottom:1px solid var(--rule)}
+ul.teacher li.did{color:var(--soft)}
+ul.teacher li[data-frame]{cursor:pointer}
+ul.teacher b{display:inline-block;min-width:52px;font-variant-numeric:tabular-nums}
 li.chosen,figure.chosen{background:#e9f3fa;outline:2px solid var(--accent)}
 .frames{display:grid;grid-template-columns:repeat(auto-fill,minmax(240px,1fr));gap:14px}
 figure{margin:0;padding:6px}
@@ -116,6 +121,8 @@ time.addEventListener("click", event => {
   });
   show(best);
 });
+for (const item of document.querySelectorAll("li[data-frame]"))
+  item.addEventListener("click", () => show(indexOf(+item.dataset.frame)));
 document.addEventListener("keydown", event => {
   const step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
   if (!step || event.ctrlKey || event.altKey) return;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <system_error>
 
 #include "engine/run/headless.h"
 #include "physics/wire/energy.h"
@@ -29,12 +28,15 @@ Moment moment_of(const exercise::Frame& frame) {
     return m;
 }
 
-/// The frames worth a picture, with what each shows: where errors began, spread over them where there are
-/// too many, and the last.
+/// The frames worth a picture, with what each shows: what the teacher said of the first of them, where errors
+/// began, spread over them where there are too many, and the last.
 std::map<int, std::string> key_frames_of(const Story& story) {
     std::map<int, std::string> captions;
+    for (const script::Comment& comment : story.comments)
+        if (captions.size() < most_key_frames / 2)
+            captions.try_emplace(comment.frame, "The teacher: " + comment.text);
     const auto& marks = story.score.mishaps;
-    const std::size_t room = most_key_frames - 1;
+    const std::size_t room = most_key_frames - 1 - captions.size();
     const std::size_t shown = std::min(room, marks.size());
     for (std::size_t k = 0; k < shown; ++k) {
         const exercise::MishapMark& mark = marks[shown == marks.size() ? k : k * marks.size() / shown];
@@ -53,8 +55,6 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
     Story story;
     story.file = recording.file;
     story.origin = recording.origin.value_or(script::Origin());
-    std::error_code ignored;
-    story.written = std::filesystem::last_write_time(recording.file, ignored);
     run::RunOptions played;
     played.images = false;
     played.same_origin = options.same_origin;
@@ -76,6 +76,10 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
     if (result.interrupted) return std::nullopt;
     story.scenario = scenario;
     story.score = result.score;
+    if (!story.moments.empty())
+        for (const script::Comment& comment : recording.comments)
+            (comment.frame < story.moments.front().frame ? story.comments_before : story.comments)
+                .push_back(comment);
     story.earlier = result.earlier;
     story.differences = result.differences;
     story.notices = result.notices;

@@ -2,7 +2,6 @@
 /// What happened in a recording, frame by frame, for a page that teaches.
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -48,7 +47,8 @@ struct Story {
     std::vector<KeyFrame> key_frames;  // in order; empty without images
     std::vector<geometry::CentrelineBranch> branches;
     geometry::Vec3 target = geometry::Vec3::Zero();  // [mm]
-    std::filesystem::file_time_type written;         // the file's, by which stories are put in order
+    /// A teacher's, of the last attempt and of those before it.
+    std::vector<script::Comment> comments, comments_before;
 };
 
 struct StoryOptions {

@@ -209,7 +209,9 @@ void Episode::step(std::span<const script::Command> given) {
     // These are rejected as they take effect.
     const auto is_uncertain = [](const script::Command& command) {
         return std::holds_alternative<script::Inject>(command) ||
-               std::holds_alternative<script::Exchange>(command);
+               std::holds_alternative<script::Exchange>(command) ||
+               std::holds_alternative<script::Complicate>(command) ||
+               std::holds_alternative<script::Relieve>(command);
     };
     const bool uncertain = std::ranges::any_of(commands, is_uncertain);
     const exercise::Exercise::Snapshot before =

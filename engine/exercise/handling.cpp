@@ -145,7 +145,8 @@ void Handling::observe(const Frame& frame) {
 
     const bool useful = moving || !beam || simulation.contrast().injecting() ||
                         std::any_of(frame.commands.begin(), frame.commands.end(), [](const auto& command) {
-                            return !std::holds_alternative<script::Beam>(command);
+                            return !std::holds_alternative<script::Beam>(command) &&
+                                   !script::is_of_teacher(command);
                         });
     if (useful)
         idle_since_.reset();

@@ -306,9 +306,8 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
         }
     exposure.vessel_moves = std::move(moves.of_nodes);
     exposure.distal_moves = std::move(moves.of_distal);
-    if (!scenario.motion.breathing_reach.isZero())
-        exposure.breath = scenario::inspiration(simulation.breathing().clock(simulation.time()),
-                                                scenario.motion.breathing_rate);
+    exposure.lumen_moves = simulation.narrowed_lumen();
+    if (!scenario.motion.breathing_reach.isZero()) exposure.breath = simulation.breath();
     // The bowel does not wait for a breath that is held.
     if (!scenario.motion.breathing_reach.isZero()) exposure.drift = scenario::peristalsis(simulation.time());
     if (!scenario.motion.heart_reach.isZero())

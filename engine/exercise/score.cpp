@@ -14,6 +14,23 @@ namespace {
 /// How long contrast is taken to be seen after an injection has ended [s].
 constexpr double in_sight = 2;
 
+std::vector<SetByTeacher> events_of(const Simulation& simulation) {
+    const anatomy::Anatomy& anatomy = simulation.anatomy();
+    const double rate = simulation.scenario().frame_rate;
+    std::vector<SetByTeacher> events;
+    for (const Complication& c : simulation.complications()) {
+        SetByTeacher& event = events.emplace_back();
+        event.what = c;
+        event.what.come = 0;
+        event.what.closed.clear();
+        if (c.branch >= 0) event.branch = anatomy.branches[static_cast<std::size_t>(c.branch)].name;
+        event.text = name_of(c, anatomy);
+        event.set = c.since / rate;
+        if (!c.set()) event.relieved = c.relieved / rate;
+    }
+    return events;
+}
+
 }  // namespace
 
 int Score::wrong_entries() const {
@@ -28,6 +45,8 @@ void Score::state(geometry::StateStream& s) {
       rotation, idle_share, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
       log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
       buckled_frames, tip_to_target, wrong_branches, mishaps, duration, resets, frames, interrupted);
+    s.unless_empty(set_by_teacher);
+    s.unless_empty(teacher);
 }
 
 Scorer::Scorer(const Simulation& simulation)
@@ -72,10 +91,12 @@ void Scorer::observe(const Frame& frame) {
     score_.duration = frame.time.seconds;
     ++frames_;
     score_.contrast = simulation.contrast().injected();
+    observe_teacher(frame);
     observe_console(frame);
     observe_motion(frame);
     observe_wall(frame);
     observe_target(frame);
+    if (!simulation.complications().empty()) score_.set_by_teacher = events_of(simulation);
     handling_.observe(frame);
     turns_.observe(simulation.anatomy(), simulation.tip(), frame_time_);
 }
@@ -98,6 +119,23 @@ void Scorer::observe_console(const Frame& frame) {
     if (std::find(views_.begin(), views_.end(), console.arm()) == views_.end())
         views_.push_back(console.arm());
     score_.views = static_cast<int>(views_.size());
+}
+
+/// What is still shown or hidden when an attempt begins is so from its first frame on.
+void Scorer::observe_teacher(const Frame& frame) {
+    using Thing = script::TeacherAct::Thing;
+    const auto note = [&](const script::TeacherAct& act) {
+        score_.teacher.push_back({act, frame.time.index, frame.time.seconds});
+    };
+    if (frame.motion.reset)
+        for (std::size_t k = 0; k < screen_.size(); ++k)
+            if (screen_[k] != script::usual_screen[k]) note({static_cast<Thing>(k), screen_[k]});
+    for (const script::Command& command : frame.commands) {
+        const auto* act = std::get_if<script::TeacherAct>(&command);
+        if (!act) continue;
+        if (act->thing != Thing::Paused) screen_[static_cast<std::size_t>(act->thing)] = act->on;
+        note(*act);
+    }
 }
 
 void Scorer::observe_motion(const Frame& frame) {

@@ -9,6 +9,7 @@
 
 #include "engine/exercise/frame.h"
 #include "engine/exercise/handling.h"
+#include "engine/exercise/teacher_marks.h"
 #include "engine/exercise/wrong_turns.h"
 #include "engine/scenario/scenario.h"
 
@@ -23,6 +24,16 @@ struct DeepestContact {
     double force = 0;      // [N]
 
     void state(geometry::StateStream& s) { s(penetration, joint, frame, stiffness, force); }
+};
+
+/// A complication that a teacher set: an event of the attempt, and no error.
+struct SetByTeacher {
+    Complication what;
+    std::string branch, text;        // as files and as clinicians say it
+    double set = 0;                  // from the attempt's start [s]
+    std::optional<double> relieved;  // [s]
+
+    void state(geometry::StateStream& s) { s(what, branch, text, set, relieved); }
 };
 
 /// Covers the attempt since the start or the last reset; `frames` and `resets` cover the whole run.
@@ -62,7 +73,9 @@ struct Score {
     double tip_to_target = 0;  // at the end [mm]
     std::vector<WrongBranch> wrong_branches;
     std::vector<MishapMark> mishaps;  // errors of handling
-    double duration = 0;              // of the attempt [s]
+    std::vector<SetByTeacher> set_by_teacher;
+    std::vector<TeacherMark> teacher;  // what a teacher showed, hid or stopped; costs nothing
+    double duration = 0;               // of the attempt [s]
     int resets = 0;
     int frames = 0;
     bool interrupted = false;  // by the user, before the script's end
@@ -86,7 +99,7 @@ public:
     void state(geometry::StateStream& s) {
         s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
           first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
-          frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_);
+          frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_, screen_);
     }
 
 private:
@@ -95,6 +108,7 @@ private:
     void observe_motion(const Frame&);
     void observe_wall(const Frame&);
     void observe_target(const Frame&);
+    void observe_teacher(const Frame&);
 
     Score score_;
     std::vector<Score> earlier_;
@@ -116,6 +130,8 @@ private:
     double force_sum_ = 0;       // of the largest force of each frame [N]
     script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
     std::vector<render::CArm> views_;
+    script::TeacherScreen screen_ =
+        script::usual_screen;  // as a teacher has left it, also from one attempt to the next
 };
 
 }  // namespace exercise

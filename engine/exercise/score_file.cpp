@@ -38,6 +38,23 @@ Json of_handling(const Score& s) {
     return {{"total", s.mishaps.size()}, {"counts", by_kind}, {"marks", marks}};
 }
 
+Json of_event(const SetByTeacher& event) {
+    const Complication& c = event.what;
+    Json json = {{"kind", script::name_of(c.kind)}, {"text", event.text}};
+    if (!event.branch.empty()) {
+        json["branch"] = event.branch;
+        json["at_mm"] = c.at;
+        json["over_mm"] = c.over;
+        json["percent"] = c.percent;
+        json["held_off"] = c.held_off;
+    }
+    json["frame"] = c.since;
+    json["time_s"] = event.set;
+    json["relieved_frame"] = c.set() ? Json(nullptr) : Json(c.relieved);
+    json["relieved_s"] = or_null(event.relieved);
+    return json;
+}
+
 Json of_grade(const Score& s, const scenario::Benchmark& benchmark) {
     const Grade made = grade(s, benchmark);
     Json lines = Json::array();
@@ -102,6 +119,13 @@ void add_attempt(Json& json, const Score& s) {
         wrong.push_back({{"branch", branch.name}, {"entries", branch.entries}, {"time_s", branch.seconds}});
     json["wrong_branches"] = wrong;
     json["handling_errors"] = of_handling(s);
+    for (const SetByTeacher& event : s.set_by_teacher) json["set_by_teacher"].push_back(of_event(event));
+    if (s.teacher.empty()) return;
+    Json acts = Json::array();
+    for (const TeacherMark& mark : s.teacher)
+        acts.push_back(
+            {{"act", id_of(mark.act)}, {"on", mark.act.on}, {"frame", mark.frame}, {"time_s", mark.seconds}});
+    json["teacher"] = acts;
 }
 
 Json of_benchmark(const scenario::Benchmark& benchmark) {

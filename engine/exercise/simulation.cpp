@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <optional>
 #include <utility>
 
@@ -38,6 +39,18 @@ blood::Injection injection(const script::Inject& command) {
     return {command.branch, command.rate, command.volume, command.iodine};
 }
 
+std::string problem_of(const script::Command& command, const scenario::Scenario& scenario,
+                       const anatomy::Anatomy& anatomy) {
+    const auto* set = std::get_if<script::Complicate>(&command);
+    if (const auto* relieve = std::get_if<script::Relieve>(&command))
+        return Complications::problem(*relieve, anatomy);
+    if (!set) return {};
+    if (set->kind != script::ComplicationKind::Breath &&
+        scenario.relaxer.kind != physics::RelaxerKind::Global)
+        return fmt::format("a {} needs [relaxer] kind = \"global\"", script::name_of(set->kind));
+    return Complications::problem(*set, anatomy);
+}
+
 Console start_console(const scenario::Scenario& scenario) {
     return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
 }
@@ -61,7 +74,7 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     if (script)
         if (const auto wrong = problems(*script); !wrong.empty())
             throw io::InputError(io::joined(wrong, "\n"));
-    wall_ = scenario::wall_of(scenario_, *anatomy_, cache);
+    wall_ = open_wall_of(scenario_, *anatomy_, cache);
     know_vessels();
     reset();
     was_reset_ = false;
@@ -73,7 +86,7 @@ Simulation::Simulation(const Simulation& like)
       choice_(like.choice_),
       entry_(like.entry_),
       target_(like.target_),
-      wall_(like.wall_),
+      wall_(std::make_shared<physics::NarrowedWall>(like.wall_->vessels(), like.wall_->wire_radius())),
       reach_(like.reach_),
       gives_(like.gives_),
       contrast_(std::make_unique<blood::ContrastFlow>(*like.contrast_)),
@@ -103,6 +116,8 @@ void Simulation::reset() {
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
     injuries_.clear();
+    complications_.clear();
+    take_up_complications();
     model_changes_ = {};
     lay(entry_.points);
     tip_at_start_ = tip();
@@ -210,14 +225,25 @@ struct Simulation::Apply {
         at.contrast_->inject(injection(c));
     }
     void operator()(const script::Reset&) const { at.reset(); }
+    void operator()(const script::Complicate& c) const {
+        at.complications_.set(c, *at.anatomy_, at.frames_);
+        if (c.kind == script::ComplicationKind::Breath) at.breathing_.breathe(c.breath);
+    }
+    void operator()(const script::Relieve& c) const {
+        at.complications_.relieve(c, *at.anatomy_, at.frames_);
+        if (!c.kind) at.breathing_.breathe(script::BreathManner::Free);
+    }
     template <class Other>
     requires requires(Console& console, const Other& c) { console.apply(c); }
     void operator()(const Other& c) const { at.console_.apply(c); }
     void operator()(const script::Breathe& c) const { at.breathing_.ask(c.hold); }
+    void operator()(const script::TeacherAct&) const {}  // the score's alone
 };
 
 void Simulation::apply(const script::Command& command) {
     if (const std::string wrong = missing_device(command, scenario_); !wrong.empty())
+        throw io::InputError(wrong);
+    if (const std::string wrong = problem_of(command, scenario_, *anatomy_); !wrong.empty())
         throw io::InputError(wrong);
     std::visit(Apply{*this}, command);
 }
@@ -228,6 +254,8 @@ std::vector<std::string> Simulation::problems(const script::CommandScript& scrip
     for (const script::TimedCommand& timed : script.commands) {
         if (found.size() > 20) break;
         if (std::holds_alternative<script::Reset>(timed.command)) trial.reset();
+        if (const std::string wrong = problem_of(timed.command, scenario_, *anatomy_); !wrong.empty())
+            found.push_back(io::located(timed.place, wrong));
         const script::Inject* inject = std::get_if<script::Inject>(&timed.command);
         if (!inject || !missing_device(timed.command, scenario_).empty()) continue;
         try {
@@ -286,8 +314,12 @@ double Simulation::time() const {
     return frames_ / scenario_.frame_rate;
 }
 
+double Simulation::breath() const {
+    return breathing_.depth(time(), scenario_.motion);
+}
+
 Vec3 Simulation::vessel_shift() const {
-    return scenario_.motion.at(time(), breathing_.clock(time()));
+    return scenario_.motion.with_breath(time(), breath());
 }
 
 /// Of a frame with the global relaxer. One update takes twice as long where vessels make way.
@@ -309,12 +341,20 @@ bool Simulation::may_begin(const StepReport& report, int things) const {
 }
 
 void Simulation::move_hub(StepReport& report) {
+    // Vessels open around a chain that finds no rest, too: from its last one, in wider vessels.
+    if (hub_->working() && going(complications_)) {
+        hub_->wall_has_changed();
+        moving_ = wire_;
+    }
     if (hub_->working()) {
         account(hub_->resume(moving_, frame_updates()), report);
         count_released();
         if (hub_is_idle()) balance();
-    } else if (physics::let_rest(moving_, 1 / scenario_.frame_rate)) {
-        account(hub_->settle(moving_, frame_updates()), report);
+    } else {
+        const bool stiffer = physics::let_rest(moving_, 1 / scenario_.frame_rate);
+        const bool goes_back = change_vessels(report);
+        if (hub_is_idle() && (stiffer || goes_back))
+            account(hub_->settle(moving_, updates_left(report)), report);
     }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_models(report);
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
@@ -433,14 +473,18 @@ void Simulation::show() {
     }
 }
 
-/// The same, but a wire that found no rest inside the vessel, as with a joint astray between two that share a
-/// wide mouth, goes back to the last one.
-void Simulation::show_rest(StepReport& report) {
+/// Whether the wire found no rest inside the vessel, as with a joint astray between two that share a wide
+/// mouth.
+bool Simulation::is_lost() const {
     const physics::RelaxReport& last = hub_->last_report();
-    const bool is_lost = wall_->smooth() && !last.at_rest() && last.gradient > lost;
     const auto contacts = hub_->contacts();
-    const bool is_outside = std::any_of(contacts.begin(), contacts.end(), physics::astray);
-    if (!is_lost && !is_outside) return show();
+    return (wall_->smooth() && !last.at_rest() && last.gradient > lost) ||
+           std::any_of(contacts.begin(), contacts.end(), physics::astray);
+}
+
+/// The same, but a wire that is lost goes back to the last one.
+void Simulation::show_rest(StepReport& report) {
+    if (!is_lost()) return show();
     moving_ = wire_;
     rounds_of_mending_ = rounds_of_mending;
     account(hub_->settle(moving_, 2 * moving_.segments()), report);
@@ -475,8 +519,11 @@ void Simulation::state(geometry::StateStream& s) {
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
       injuries_, model_changes_);
     s.unless_empty(pinned_otherwise_);
+    complications_.state(s);
     s.beside(readings_);
     if (s.restores()) {
+        complications_.find_places(*anatomy_);
+        take_up_complications();
         place_devices();
         if (gives_) gives_->forget();
     }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/blood/contrast_flow.h"
+#include "engine/exercise/complications.h"
 #include "engine/exercise/console.h"
 #include "engine/exercise/injury.h"
 #include "engine/exercise/outside.h"
@@ -24,6 +25,7 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wire/drag.h"
 #include "physics/wire/friction.h"
+#include "render/xray/contrast.h"
 
 namespace exercise {
 
@@ -119,7 +121,8 @@ public:
     Simulation& operator=(const Simulation&) = delete;
 
     /// Motions wait for step(); all else takes effect at once. Throws InputError for an injection into a
-    /// branch that does not exist, or beyond the limit of contrast.
+    /// branch that does not exist, or beyond the limit of contrast, and for a complication that these vessels
+    /// cannot have; those of vessels need the global relaxer.
     void apply(const script::Command&);
     /// The commands that apply() would reject, a sentence each.
     std::vector<std::string> problems(const script::CommandScript&) const;
@@ -161,7 +164,7 @@ public:
     /// That, and what the vessels do: a sentence; empty where they cannot move.
     std::string vessels_sentence() const;
     const anatomy::Anatomy& anatomy() const { return *anatomy_; }
-    const physics::LumenWall& wall() const { return *wall_; }
+    const physics::NarrowedWall& wall() const { return *wall_; }
     /// The chain of joints, on which all devices lie.
     const physics::Chain& wire() const { return wire_; }
     /// Those that are used now, innermost first: the scenario's, or a wire that took the place of its wire.
@@ -174,9 +177,12 @@ public:
     const blood::ContrastFlow& contrast() const { return *contrast_; }
     /// Of the attempt. With the paper's relaxers, whose frames need not end at rest, there are none.
     const Injuries& injuries() const { return injuries_; }
+    /// Set by a teacher in the attempt, in order; those that are set() are there now.
+    std::span<const Complication> complications() const { return complications_.all(); }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
     const scenario::Breathing& breathing() const { return breathing_; }
+    double breath() const;  // share of the way to the end of a quiet inspiration [-]
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
@@ -188,6 +194,9 @@ public:
     VesselMoves vessel_moves() const;
     /// The same at each vertex of the lumen [mm].
     std::vector<Eigen::Vector3f> lumen_moves() const;
+    /// Where complications make the lumen narrower than its mesh. While they come and go it changes a few
+    /// times only, for the image has to be made anew.
+    const std::vector<render::VertexMove>& narrowed_lumen() const;
     /// The farthest that a joint has pushed a vessel [mm].
     double farthest_vessel_move() const;
 
@@ -270,7 +279,10 @@ private:
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
+    bool is_lost() const;
     void show_rest(StepReport&);
+    bool change_vessels(StepReport&);
+    void take_up_complications();
     void keep_readings(const StepReport&);
     int look_for_injuries();
     // For a frame with a segment relaxer.
@@ -304,7 +316,7 @@ private:
     anatomy::EntryPath entry_;
     geometry::Vec3 target_ = geometry::Vec3::Zero();
     geometry::Vec3 tip_at_start_ = geometry::Vec3::Zero();
-    std::shared_ptr<const physics::LumenWall> wall_;
+    std::shared_ptr<physics::NarrowedWall> wall_;
     std::shared_ptr<const scenario::Reach> reach_;
     mutable std::optional<scenario::VesselGives> gives_;  // none where vessels cannot move
 
@@ -327,6 +339,7 @@ private:
     scenario::Breathing breathing_;
     double iodine_ = 0;
     Injuries injuries_;
+    Complications complications_;
     ModelChanges model_changes_;
     Readings readings_;
     bool was_reset_ = false;      // since the last step
@@ -336,6 +349,9 @@ private:
     std::vector<int> pinned_otherwise_;  // devices: than the scenario says; in order
     // In the foundation, once asked for: of contrast()'s nodes, and of the lumen's vertices.
     mutable std::vector<int> node_stations_, vertex_stations_;
+    // The lumen's moves, and what they were made of.
+    mutable std::vector<render::VertexMove> narrowed_lumen_;
+    mutable std::vector<Complication> narrowed_by_;
 };
 
 }  // namespace exercise

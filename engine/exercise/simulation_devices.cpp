@@ -193,10 +193,11 @@ bool Simulation::stands_before_a_narrow_vessel(int device) const {
     for (physics::WallContact& contact : contacts) contact.station = chain.stations[i];
     wall_->contacts(places, contacts);
     // The wall takes the radius of the chain's own wire off the lumen's.
-    return std::any_of(std::begin(contacts), std::end(contacts), [&](const physics::WallContact& contact) {
-        return contact.room > 0 &&
-               contact.room + chain.inner_radius() < 0.5 * devices_[device].device.outer_diameter;
-    });
+    for (int k = 0; k < 2; ++k) {
+        const double lumen = std::min(contacts[k].room + chain.inner_radius(), wall_->narrowest(places[k]));
+        if (contacts[k].room > 0 && lumen < 0.5 * devices_[device].device.outer_diameter) return true;
+    }
+    return false;
 }
 
 /// The wire becomes another where it is out.

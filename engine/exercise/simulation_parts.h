@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "engine/exercise/complications.h"
+#include "engine/scenario/placement.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wall/narrowed_wall.h"
 
 namespace exercise {
 
@@ -13,6 +17,20 @@ inline void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& pa
     const double bend = std::max(sum.largest_bend, part.largest_bend);
     sum.add(part);
     sum.largest_bend = bend;
+}
+
+/// Of a scenario's vessels, as nothing narrows them.
+inline std::shared_ptr<physics::NarrowedWall> open_wall_of(const scenario::Scenario& scenario,
+                                                           const anatomy::Anatomy& anatomy,
+                                                           const anatomy::ModelCache& cache) {
+    return std::make_shared<physics::NarrowedWall>(scenario::wall_of(scenario, anatomy, cache),
+                                                   0.5 * scenario.wire().device.outer_diameter);
+}
+
+/// Whether something that was relieved has not gone from the vessels yet.
+inline bool going(const Complications& complications) {
+    return std::ranges::any_of(complications.all(),
+                               [](const Complication& c) { return c.branch >= 0 && !c.set() && !c.gone(); });
 }
 
 /// Equal parts of a motion, each no larger than `step`.

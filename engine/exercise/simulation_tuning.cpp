@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/exercise/simulation.h"
+#include "engine/exercise/simulation_parts.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
@@ -57,11 +58,12 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
             "{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted", length, least);
 
     const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
-    std::shared_ptr<const physics::LumenWall> wall;
-    if (other_wall) wall = scenario::wall_of(changed, *anatomy_, cache);
+    std::shared_ptr<physics::NarrowedWall> wall;
+    if (other_wall) wall = open_wall_of(changed, *anatomy_, cache);
     hub_.reset();  // they belong to the wall
     relaxer_.reset();
     if (wall) wall_ = std::move(wall);
+    take_up_complications();
     scenario_ = std::move(changed);
     if (exchanged_name_.empty()) place_devices();
     know_vessels();

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "engine/exercise/simulation.h"
+#include "engine/exercise/simulation_parts.h"
 #include "engine/scenario/placement.h"
 #include "physics/wall/foundation.h"
 #include "physics/wire/energy.h"
@@ -91,6 +92,31 @@ bool Simulation::renew_vessels(std::string* said) {
     return true;
 }
 
+/// What complications change of vessels by a frame, of a chain at rest. Where it finds no rest in what they
+/// leave of the lumen with a part of the frame's work, they stay as they were, and the chain goes back to its
+/// last rest, which is to be settled: true. The next frame tries again. What was relieved goes in any case.
+bool Simulation::change_vessels(StepReport& report) {
+    constexpr int share = 4;  // of the frame's work
+    if (!complications_.in_vessels()) return false;
+    Complications before = complications_;
+    if (!complications_.step(1 / scenario_.frame_rate, moving_)) return false;
+    if (moving_.grips.empty()) physics::start_grips(moving_, true);
+    take_up_complications();
+    hub_->wall_has_changed();
+    account(hub_->settle(moving_, frame_updates() / share), report);
+    if (going(complications_) || (!hub_->working() && !is_lost())) return false;
+    complications_ = std::move(before);
+    take_up_complications();
+    hub_->wall_has_changed();
+    moving_ = wire_;
+    return true;
+}
+
+void Simulation::take_up_complications() {
+    wall_->narrow(complications_.narrowings());
+    contrast_->obstruct(complications_.obstructions());
+}
+
 /// Of the vessels under the forces of the wire shown; empty where they do not move.
 std::optional<physics::Foundation::Displacement> Simulation::displacement() const {
     if (!wall_->foundation()) return {};
@@ -112,9 +138,26 @@ std::vector<Eigen::Vector3f> Simulation::moved(const physics::Foundation& founda
 }
 
 std::vector<Eigen::Vector3f> Simulation::lumen_moves() const {
-    const auto by = displacement();
-    if (!by) return {};
-    return moved(*wall_->foundation(), *by, anatomy_->lumen.vertices, vertex_stations_);
+    std::vector<Eigen::Vector3f> moves;
+    if (const auto by = displacement())
+        moves = moved(*wall_->foundation(), *by, anatomy_->lumen.vertices, vertex_stations_);
+    if (!narrowed_lumen().empty()) moves.resize(anatomy_->lumen.vertices.size(), Eigen::Vector3f::Zero());
+    for (const render::VertexMove& move : narrowed_lumen()) moves[move.vertex] += move.by;
+    return moves;
+}
+
+const std::vector<render::VertexMove>& Simulation::narrowed_lumen() const {
+    const Complications seen = complications_.as_seen();
+    if (std::ranges::equal(seen.all(), narrowed_by_)) return narrowed_lumen_;
+    narrowed_by_.assign(seen.all().begin(), seen.all().end());
+    narrowed_lumen_.clear();
+    physics::NarrowedWall tubes(wall_->vessels(), 0);
+    tubes.narrow(seen.narrowings());
+    const std::vector<Vec3>& vertices = anatomy_->lumen.vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+        if (const Vec3 by = tubes.way_in(vertices[v]); !by.isZero(0))
+            narrowed_lumen_.push_back({static_cast<std::uint32_t>(v), by.cast<float>()});
+    return narrowed_lumen_;
 }
 
 Simulation::VesselMoves Simulation::vessel_moves() const {

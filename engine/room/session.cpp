@@ -8,7 +8,7 @@
 #include "engine/exercise/room_readout.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
-#include "engine/script/recording.h"
+#include "engine/room/attempt_recording.h"
 #include "physics/geometry/state.h"
 
 namespace room {
@@ -20,18 +20,6 @@ constexpr double slow_for = 1;         // for which the strip says so [s]
 
 double milliseconds(Clock::duration d) {
     return std::chrono::duration<double, std::milli>(d).count();
-}
-
-/// Largest distance of a joint from where the fast solver brings it to rest [mm].
-double distance_from_rest(const exercise::Simulation& simulation) {
-    physics::Chain rest = simulation.wire();
-    physics::RelaxerConfig config;
-    if (!simulation.wall().smooth()) config.tolerance = 1e-3;
-    physics::make_relaxer(config, simulation.wall())->relax(rest, {400 * rest.segments(), 0, 0});
-    double largest = 0;
-    for (std::size_t i = 0; i < rest.joints.size(); ++i)
-        largest = std::max(largest, (rest.joints[i] - simulation.wire().joints[i]).norm());
-    return largest;
 }
 
 }  // namespace
@@ -111,11 +99,12 @@ private:
             std::vector<Control> controls;
             std::vector<Action> deeds;
             std::optional<exercise::Tuning> tuning;
+            std::vector<script::Comment> comments;
             {
                 std::unique_lock lock(session_.mutex_);
                 const auto called = [this] {
                     return session_.stop_ || !session_.controls_.empty() || !session_.deeds_.empty() ||
-                           session_.tuning_;
+                           session_.tuning_ || !session_.comments_.empty();
                 };
                 if (view_.phase == Phase::Running)
                     session_.changed_.wait_until(lock, next, called);
@@ -125,13 +114,15 @@ private:
                 controls.swap(session_.controls_);
                 deeds.swap(session_.deeds_);
                 tuning = std::exchange(session_.tuning_, {});
+                comments.swap(session_.comments_);
             }
             if (tuning) retune(*tuning);
+            for (const script::Comment& comment : comments) keep(comment);
             const bool stood = view_.phase != Phase::Running;
             for (const Control control : controls) obey(control);
             for (const Action deed : deeds) guide_did(deed);
             if (stood) next = Clock::now();
-            if (!controls.empty() || !deeds.empty() || tuning) publish();
+            if (!controls.empty() || !deeds.empty() || !comments.empty() || tuning) publish();
             if (view_.phase != Phase::Running) continue;
             const auto now = Clock::now();
             if (now < next) continue;
@@ -163,13 +154,20 @@ private:
             case Control::Start:
                 if (view_.phase == Phase::Ready) view_.phase = Phase::Running;
                 break;
+            case Control::TeacherPause:
+                if (view_.phase != Phase::Running && view_.phase != Phase::Paused) break;
+                view_.teacher_paused = teacher_stopped_ = true;
+                [[fallthrough]];
             case Control::Pause:
                 if (view_.phase == Phase::Running) view_.phase = Phase::Paused;
                 view_.readout.beam_on = false;
                 hands_.rest();
                 break;
+            case Control::TeacherResume:
+                view_.teacher_paused = false;
+                [[fallthrough]];
             case Control::Resume:
-                if (view_.phase == Phase::Paused) view_.phase = Phase::Running;
+                if (view_.phase == Phase::Paused && !view_.teacher_paused) view_.phase = Phase::Running;
                 break;
             case Control::TakeBack:
                 take_back();
@@ -177,12 +175,11 @@ private:
             case Control::Finish:
                 if (view_.phase == Phase::Running || view_.phase == Phase::Paused) finish();
                 break;
+            case Control::WatchDevices:
             case Control::WatchSolver:
-                watches_ = true;
-                break;
-            case Control::IgnoreSolver:
-                watches_ = false;
-                view_.solver.reset();
+            case Control::WatchNothing:
+                watch_ = control;
+                if (watch_ == Control::WatchNothing) view_.solver.reset();
                 break;
             case Control::SkipStep:
                 if (guide_) guide_->skip();
@@ -224,6 +221,7 @@ private:
                 asked = std::exchange(session_.asked_, {});
             }
             commands = hands_.commands(input, exercise_->simulation(), last_, messages);
+            add_commands_of_teacher(commands);
         }
 
         begin_recording();
@@ -231,9 +229,11 @@ private:
         const exercise::Frame made = exercise_->next_frame(commands);
         last_ = made.motion;
         const auto moved = Clock::now();
-        to_recording([&](auto& file) { file.frame(index, commands, [this] { return state_hash(); }); });
+        recording_.frame(index, commands, [this] { return state_hash(); });
         readout_.observe(made, exercise_->score());
         for (render::Message& said : messages) readout_.say(std::move(said.text), said.notice);
+        log_.observe(made, exercise_->score());
+        if (options_.script) log_comments_of_script(index);
 
         const bool moves = std::any_of(commands.begin(), commands.end(), [](const script::Command& c) {
             return std::holds_alternative<script::Advance>(c) ||
@@ -268,8 +268,11 @@ private:
         if (!options_.free_practice) view_.readout.tip_to_target.reset();
         show_hands();
         view_.frames = index + 1;
-        if (watches_) {
-            SolverView solver = solver_view(made.simulation, made.motion.relax);
+        view_.peaks = log_.peaks();
+        keep_view_of_image(made);
+        if (watch_ != Control::WatchNothing) {
+            SolverView solver =
+                solver_view(made.simulation, made.motion.relax, watch_ == Control::WatchSolver);
             solver.motion_ms = milliseconds(moved - start);
             solver.image_ms = milliseconds(shown - moved);
             solver.frame_ms = period_ * 1000;
@@ -288,6 +291,55 @@ private:
 
     Situation guided_situation() const {
         return guide_ ? situation_of(exercise_->simulation(), hands_.grasp()) : Situation();
+    }
+
+    /// What the teacher asked for since the last frame, where the exercise can do it.
+    void add_commands_of_teacher(std::vector<script::Command>& commands) {
+        using Thing = script::TeacherAct::Thing;
+        std::vector<script::Command> asked;
+        script::TeacherScreen screen;
+        {
+            const std::lock_guard lock(session_.mutex_);
+            asked.swap(session_.commands_);
+            screen = session_.screen_;
+        }
+        for (std::size_t k = 0; k < screen.size(); ++k)
+            if (std::exchange(screen_[k], screen[k]) != screen[k])
+                commands.push_back(script::TeacherAct{static_cast<Thing>(k), screen[k]});
+        if (std::exchange(teacher_stopped_, false)) commands.push_back(script::TeacherAct{Thing::Paused});
+        if (!asked.empty()) view_.refused.clear();
+        for (const script::Command& command : asked) {
+            script::CommandScript alone;
+            alone.commands.push_back({exercise_->frame() + 1, command, {}});
+            const auto problems = exercise_->simulation().problems(alone);
+            if (problems.empty())
+                commands.push_back(command);
+            else
+                view_.refused = io::joined(problems, "; ");
+        }
+    }
+
+    /// On a frame that was made, also after the end.
+    void keep(const script::Comment& comment) {
+        view_.refused.clear();
+        if (comment.frame > exercise_->frame() || options_.script) {
+            view_.refused = "A comment is kept of a frame that hands have made";
+            return;
+        }
+        log_.comment(comment);
+        if (!recording_.comment(comment))
+            view_.refused = "This comment is in no recording: none is kept of its frame";
+    }
+
+    void log_comments_of_script(int index) {
+        for (const script::Comment& comment : options_.script->comments)
+            if (comment.frame == index) log_.comment(comment);
+    }
+
+    void keep_view_of_image(const exercise::Frame& frame) {
+        if (!frame.motion.console.pulse) return;
+        view_.image_arm = frame.monitor->last_pulse()->arm;
+        view_.vessel_shift = frame.monitor->last_pulse()->exposure.vessel_shift;
     }
 
     void show_hands() {
@@ -309,29 +361,9 @@ private:
         script::RecordingHeader header{options_.origin};
         header.origin.free_practice = options_.free_practice;
         exercise::identify(header.origin, exercise_->simulation());
-        try {
-            const std::filesystem::path file = options_.record.make_next(options_.scenario.name);
-            recording_.emplace(file, header);
-            view_.recorded = file;
-            view_.recording = true;
-        } catch (const io::InputError& error) {
-            readout_.say(fmt::format("This attempt is not recorded: {}", error.what()),
-                         render::Notice::Alarm);
-        }
+        recording_.begin(options_.record, options_.scenario.name, std::move(header));
     }
 
-    /// Writes to the recording, if there is one. A failure to write ends the recording, not the exercise.
-    template <class Write>
-    void to_recording(Write&& write) {
-        if (!recording_) return;
-        try {
-            write(*recording_);
-        } catch (const io::InputError& error) {
-            readout_.say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
-            recording_.reset();
-            view_.recording = false;
-        }
-    }
     std::uint64_t state_hash() const { return exercise_->simulation().state_hash(); }
 
     void remember() {
@@ -357,7 +389,8 @@ private:
         ++view_.taken_back;
         hands_.rest();
         last_ = {};
-        to_recording([&](auto& file) { file.take_back(moment.frame); });
+        recording_.take_back(moment.frame);
+        log_.take_back(moment.frame, exercise_->score());
         view_.frames = moment.frame + 1;
         view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
         ++view_.image_serial;
@@ -378,8 +411,8 @@ private:
         view_.tuned = true;
         moments_.clear();  // they belong to another model
         last_ = {};
-        if (!recording_) return;
-        finish_recording();
+        if (!recording_.works()) return;
+        close_recording();
         readout_.say("The recording ends here: the model was changed", render::Notice::Warning);
     }
 
@@ -394,24 +427,27 @@ private:
         }
     }
 
-    void finish_recording() {
-        if (guide_)
-            to_recording(
-                [this](auto& file) { file.practised(guide_->done(), static_cast<int>(guide_->size())); });
-        to_recording([this](auto& file) { file.close([this] { return state_hash(); }); });
-        recording_.reset();
-        view_.recording = false;
+    void close_recording() {
+        if (guide_) recording_.practised(guide_->done(), static_cast<int>(guide_->size()));
+        recording_.close([this] { return state_hash(); });
     }
 
     void finish() {
-        finish_recording();
+        close_recording();
         if (view_.phase == Phase::Running || view_.phase == Phase::Paused) view_.phase = Phase::Ended;
         view_.readout.beam_on = false;  // nobody is at the pedal any more
     }
 
     void publish() {
         ++view_.serial;
+        view_.made = Clock::now();
         view_.readout.messages = readout_.messages();
+        view_.recorded = recording_.file();
+        view_.recording = recording_.works();
+        if (!view_.events || told_ != log_.version()) {
+            view_.events = std::make_shared<const std::vector<LessonEvent>>(log_.events());
+            told_ = log_.version();
+        }
         auto view = std::make_shared<const View>(view_);
         {
             const std::lock_guard lock(session_.mutex_);
@@ -431,7 +467,8 @@ private:
     double period_;  // of frames [s]
     Hands hands_;
     std::optional<exercise::Exercise> exercise_;
-    std::optional<script::Recording> recording_;
+    AttemptRecording recording_{
+        [this](std::string why) { readout_.say(std::move(why), render::Notice::Alarm); }};
     exercise::RoomReadout readout_;
     exercise::StepReport last_;
     Sequences sequences_;
@@ -439,7 +476,11 @@ private:
     std::optional<Guide> guide_;
     std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
     Clock::duration longest_part_{};            // of what is drawn ahead
-    bool watches_ = false;
+    LessonLog log_;
+    long told_ = -1;  // version of the log in the view
+    Control watch_ = Control::WatchNothing;
+    script::TeacherScreen screen_ = script::usual_screen;  // as the recording has it
+    bool teacher_stopped_ = false;                         // since the last frame
     bool is_first_frame_ = true;
     View view_;
 };
@@ -456,63 +497,6 @@ Session::~Session() {
     }
     changed_.notify_all();
     thread_.join();
-}
-
-void Session::give(const Input& input, std::optional<Clock::time_point> asked) {
-    const std::lock_guard lock(mutex_);
-    since_.add(input);
-    held_ = {};
-    held_.held = input.held;
-    held_.push = input.push;
-    held_.turn = input.turn;
-    if (asked && !asked_) asked_ = asked;
-}
-
-void Session::give(Control control) {
-    {
-        const std::lock_guard lock(mutex_);
-        controls_.push_back(control);
-    }
-    changed_.notify_all();
-}
-
-void Session::did(Action deed) {
-    {
-        const std::lock_guard lock(mutex_);
-        deeds_.push_back(deed);
-    }
-    changed_.notify_all();
-}
-
-void Session::give(const exercise::Tuning& tuning) {
-    {
-        const std::lock_guard lock(mutex_);
-        tuning_ = tuning;
-    }
-    changed_.notify_all();
-}
-
-std::shared_ptr<const View> Session::view() const {
-    const std::lock_guard lock(mutex_);
-    return view_;
-}
-
-std::shared_ptr<const anatomy::Anatomy> Session::anatomy() const {
-    const std::lock_guard lock(mutex_);
-    return anatomy_;
-}
-
-SolverView solver_view(const exercise::Simulation& simulation, const physics::RelaxReport& relax) {
-    SolverView view;
-    view.joints.assign(simulation.wire().joints.begin(), simulation.wire().joints.end());
-    view.contacts.assign(simulation.contacts().begin(), simulation.contacts().end());
-    view.shift = simulation.vessel_shift();
-    constexpr double seen = 0.1;  // [mm]
-    if (simulation.farthest_vessel_move() > seen) view.lumen_moves = simulation.lumen_moves();
-    view.relax = relax;
-    view.tuning = simulation.tuning();
-    view.error = distance_from_rest(simulation);
-    return view;
 }
 
 }  // namespace room

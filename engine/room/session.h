@@ -21,34 +21,32 @@
 #include "engine/room/attempts.h"
 #include "engine/room/guide.h"
 #include "engine/room/hands.h"
+#include "engine/room/lesson_log.h"
 #include "engine/room/sequence.h"
+#include "engine/room/solver_view.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 #include "render/panel/readout.h"
 
 namespace room {
 
-/// The wire as the solver left it, for the view into the patient.
-struct SolverView {
-    std::vector<geometry::Vec3> joints;             // [mm]
-    std::vector<physics::WallContact> contacts;     // of the joints
-    geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
-    std::vector<Eigen::Vector3f> lumen_moves;       // of its vertices, pushed aside; empty = none [mm]
-    physics::RelaxReport relax;
-    exercise::Tuning tuning;             // the tuning it was moved with
-    double error = 0;                    // largest distance of a joint from where it comes to rest [mm]
-    double motion_ms = 0, image_ms = 0;  // taken by this frame
-    double frame_ms = 0;                 // time available for a frame
-};
-
-/// The state after the simulation's last frame; its times are zero. `relax` is the report of that frame. To
-/// measure `error`, the fast solver brings a copy of the wire to rest.
-SolverView solver_view(const exercise::Simulation&, const physics::RelaxReport& relax);
-
 using Clock = std::chrono::steady_clock;
 
 enum class Phase { Loading, Ready, Running, Paused, Ended, Failed };
-enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver, SkipStep };
+/// What a teacher stops only a teacher lets go on.
+enum class Control {
+    Start,
+    Pause,
+    Resume,
+    TakeBack,
+    Finish,
+    SkipStep,  // of a guided lesson
+    TeacherPause,
+    TeacherResume,
+    WatchDevices,  // the view into the patient
+    WatchSolver,   // the same with what the solver did, and its error
+    WatchNothing
+};
 
 /// All that the window shows of one frame.
 struct View {
@@ -57,6 +55,7 @@ struct View {
     std::string doing;                                          // what is done during loading
     std::string error;                                          // why loading failed
     long serial = 0;                                            // number of the view
+    Clock::time_point made;                                     // when it was
     long image_serial = 0;                                      // number of the image
     std::shared_ptr<const render::GrayImage> image, reference;  // null before the first
     render::Readout readout;
@@ -75,6 +74,13 @@ struct View {
     int frames = 0;
     std::shared_ptr<const SolverView> solver;  // while it is watched
     std::shared_ptr<const Guide> guide;        // of a guided lesson by hand; null otherwise
+    bool teacher_paused = false;
+    std::shared_ptr<const std::vector<LessonEvent>> events;  // null before the first frame
+    PeakForces peaks;
+    std::string refused;  // what a teacher asked for last and was not done, and why
+    /// How the image was taken, for marks on it; none before the first.
+    std::optional<render::CArm> image_arm;
+    geometry::Vec3 vessel_shift = geometry::Vec3::Zero();  // of vessels in that image [mm]
 };
 
 struct SessionOptions {
@@ -103,6 +109,14 @@ public:
     void did(Action);
     /// Takes effect before the next frame; ends the recording, and the exercise then has no score.
     void give(const exercise::Tuning&);
+    /// A teacher's, for the next frame, after those of the hands. What the exercise cannot do is refused in
+    /// the view. Of a script's session nothing of a teacher's is taken but its pause.
+    void give_command(const script::Command&);
+    /// A teacher's comment on a frame that was made: kept in the recording, also of an attempt that has
+    /// ended.
+    void give(const script::Comment&);
+    /// What the teacher lets the trainee see, from the next frame on: the recording keeps what changes.
+    void give(const script::TeacherScreen&);
     std::shared_ptr<const View> view() const;
 
     const SessionOptions& options() const { return options_; }
@@ -122,6 +136,9 @@ private:
     std::vector<Control> controls_;
     std::vector<Action> deeds_;  // of the window
     std::optional<exercise::Tuning> tuning_;
+    std::vector<script::Command> commands_;  // of the teacher
+    std::vector<script::Comment> comments_;
+    script::TeacherScreen screen_ = script::usual_screen;
     std::shared_ptr<const View> view_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;
     std::thread thread_;  // last, as it starts when everything else exists

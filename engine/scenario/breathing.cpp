@@ -1,5 +1,6 @@
 #include "engine/scenario/breathing.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -14,9 +15,43 @@ void Breathing::ask(bool hold) {
     if (state_ == State::Asked) state_ = State::Free;
 }
 
+void Breathing::breathe(script::BreathManner how) {
+    if (how == script::BreathManner::Free && manner_.empty()) return;
+    if (manner_.empty()) manner_.emplace_back();
+    if (how == script::BreathManner::Cough)
+        manner_[0].coughs_for = 0;
+    else
+        manner_[0].deep = how == script::BreathManner::Deep;
+}
+
+double Breathing::depth(double time, const VesselMotion& motion) const {
+    const double quiet = inspiration(clock(time), motion.breathing_rate);
+    if (manner_.empty()) return quiet;
+    const Manner& manner = manner_[0];
+    double sum = quiet * (1 + (deep - 1) * manner.share);
+    if (manner.coughs_for > 0) {
+        const double s = std::sin(std::numbers::pi * manner.coughs_for / cough_time);
+        sum += cough * s * s;
+    }
+    return sum;
+}
+
+/// A frame later.
+void Breathing::change_manner(double since) {
+    if (manner_.empty()) return;
+    Manner& manner = manner_[0];
+    const double part = since / becomes_deep;
+    manner.share = manner.deep ? std::min(1.0, manner.share + part) : std::max(0.0, manner.share - part);
+    if (state_ == State::Free) behind_ -= (deep_speed - 1) * manner.share * since;
+    if (manner.coughs_for >= 0) manner.coughs_for += since;
+    if (manner.coughs_for >= cough_time) manner.coughs_for = -1;
+    if (!manner.deep && manner.share == 0 && manner.coughs_for < 0) manner_.clear();
+}
+
 Breathing::Event Breathing::step(double time, double since, const VesselMotion& motion) {
     constexpr double rounding = 1e-9;
     Event event = std::exchange(pending_, Event::None);
+    change_manner(since);
     const auto release = [&](State to) {
         // The last frame was the last of the hold: breathing goes on from there.
         behind_ = time - since - held_at_;
@@ -76,11 +111,6 @@ double peristalsis(double time) {
 double inspiration(double time, double rate) {
     const double s = std::sin(std::numbers::pi * phase(time, rate));
     return s * s * s * s;
-}
-
-geometry::Vec3 VesselMotion::at(double time, double breathing_time) const {
-    return contraction(time, heart_rate) * heart_reach +
-           inspiration(breathing_time, breathing_rate) * breathing_reach;
 }
 
 }  // namespace scenario

@@ -2,10 +2,21 @@
 /// Heartbeat and breathing: where the vessels are at a time, and the patient's breath: free, held on demand,
 /// and caught again.
 
+#include <vector>
+
+#include "engine/script/command.h"
 #include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 
 namespace scenario {
+
+/// 0 at the end of diastole, 1 at the end of systole; `time` [s], `rate` [1/min]. Systole takes a third of
+/// the beat and the return the rest, each half a cosine.
+double contraction(double time, double rate);
+
+/// 0 at the end of expiration, 1 at the end of inspiration: sin⁴ of half the phase, which rests in expiration
+/// (Lujan et al. 1999, with n = 2). `time` [s], `rate` [1/min].
+double inspiration(double time, double rate);
 
 /// Vessels, introducer and wire move together, without turning or changing shape, so that the wire's
 /// equilibrium is the same in their frame; bones and skin stand still. Off at zero amplitude.
@@ -23,26 +34,25 @@ struct VesselMotion {
     bool moves() const { return !heart_reach.isZero() || !breathing_reach.isZero(); }
     /// Displacement from diastole at the end of expiration, the state at time 0 [mm]. `time` [s];
     /// `breathing_time`: the time that breathing is at, other than the heart's after a breath was held [s].
-    geometry::Vec3 at(double time, double breathing_time) const;
+    geometry::Vec3 at(double time, double breathing_time) const {
+        return with_breath(time, inspiration(breathing_time, breathing_rate));
+    }
     geometry::Vec3 at(double time) const { return at(time, time); }
+    /// The same at a share of the way to the end of a quiet inspiration [-].
+    geometry::Vec3 with_breath(double time, double breath) const {
+        return contraction(time, heart_rate) * heart_reach + breath * breathing_reach;
+    }
 };
-
-/// 0 at the end of diastole, 1 at the end of systole; `time` [s], `rate` [1/min]. Systole takes a third of
-/// the beat and the return the rest, each half a cosine.
-double contraction(double time, double rate);
 
 /// 0 where the bowel's gas is at time 0, 1 when it has gone farthest, half a minute later, and back again.
 /// The period is an estimate: waves of the small bowel come 8 to 12 times a minute, those that carry gas
 /// along less often. `time` [s].
 double peristalsis(double time);
 
-/// 0 at the end of expiration, 1 at the end of inspiration: sin⁴ of half the phase, which rests in expiration
-/// (Lujan et al. 1999, with n = 2). `time` [s], `rate` [1/min].
-double inspiration(double time, double rate);
-
 /// Asked to hold his breath, the patient breathes out first and holds it there: at the end of expiration
 /// organs come to the same place each time. He holds it for VesselMotion::breath_hold at most, then gasps:
-/// for a while he breathes twice as fast and can't hold it again.
+/// for a while he breathes twice as fast and can't hold it again. Besides, a teacher may let him breathe
+/// deeply, or cough (docs/complications.md).
 class Breathing {
 public:
     enum class State { Free, Asked, Held, Gasping };
@@ -51,22 +61,35 @@ public:
 
     /// Asks to hold the breath, or to breathe again.
     void ask(bool hold);
+    /// Deeply, or as at the start, from now on; or once a cough.
+    void breathe(script::BreathManner);
     /// To be called at the end of a frame: its `time`, and the time since the frame before [s].
     Event step(double time, double since, const VesselMotion&);
 
     /// The time at which free breathing would be where breathing is now [s].
     double clock(double time) const { return state_ == State::Held ? held_at_ : time - behind_; }
+    /// Share of the way to the end of a quiet inspiration: 0 to `deepest` [-].
+    double depth(double time, const VesselMotion&) const;
     State state() const { return state_; }
     double held_for() const { return state_ == State::Held ? since_ : 0; }  // [s]
     /// Whether the breath ever was held, or is to be.
     bool was_held() const { return state_ != State::Free || behind_ != 0 || pending_ != Event::None; }
 
-    void state(geometry::StateStream& s) { s(state_, pending_, behind_, held_at_, since_); }
+    void state(geometry::StateStream& s) {
+        s(state_, pending_, behind_, held_at_, since_);
+        s.unless_empty(manner_);
+    }
 
     /// Share of a breath at which the lungs count as empty [-].
     static constexpr double empty = 0.02;
     /// A gasp: for how long [s], and how much faster than before [-]. Both are estimates.
     static constexpr double gasp_time = 8, gasp_speed = 2;
+    /// A deep breath: its depth and speed over those of a quiet one [-], and how long it takes to become one
+    /// [s]. Estimates: the deepest breath moves the diaphragm by four times a quiet one (Boussuges 2009).
+    static constexpr double deep = 2.5, deep_speed = 1.2, becomes_deep = 2;
+    /// A cough: its depth besides the breath's [-], and its time [s]. Estimates.
+    static constexpr double cough = 1.2, cough_time = 0.6;
+    static constexpr double deepest = deep + cough;
 
 private:
     State state_ = State::Free;
@@ -74,6 +97,15 @@ private:
     double behind_ = 0;            // the clock, behind the time [s]
     double held_at_ = 0;           // the clock during a hold [s]
     double since_ = 0;             // the start of a hold or a gasp [s]
+    struct Manner {
+        bool deep = false;       // from now on
+        double share = 0;        // of the way from a quiet to a deep breath [-]
+        double coughs_for = -1;  // so far; < 0: he does not cough [s]
+
+        void state(geometry::StateStream& s) { s(deep, share, coughs_for); }
+    };
+    void change_manner(double since);
+    std::vector<Manner> manner_;  // one, or none where he breathes as at the start
 };
 
 }  // namespace scenario

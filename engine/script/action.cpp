@@ -57,7 +57,7 @@ constexpr std::array<ActionInfo, actions> table = {{
     {"take_back", "take back the last 10 s (free practice)", Task::Exercise},
     {"finish", "end the exercise", Task::Exercise},
     {"help", "this help", Task::Exercise},
-    {"instructor", "instructor's view", Task::Exercise},
+    {"instructor", "the teacher's window", Task::Exercise},
     {"skip", "guided lesson: leave out this step", Task::Exercise},
     {"menu", "menu", Task::Exercise},
 }};

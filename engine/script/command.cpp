@@ -47,6 +47,11 @@ struct CommandText {
     std::string operator()(const Pin& c) const {
         return fmt::format("pin {} {}", name_of(c.held), c.on ? "on" : "off");
     }
+    std::string operator()(const TeacherAct& c) const {
+        if (c.thing == TeacherAct::Thing::Paused) return "teacher paused";
+        return fmt::format("teacher {} {}", teacher_things[static_cast<std::size_t>(c.thing)],
+                           c.on ? "on" : "off");
+    }
     std::string operator()(const Remove& c) const { return fmt::format("remove {}", name_of(c.held)); }
     std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
@@ -84,6 +89,19 @@ struct CommandText {
     }
     std::string operator()(const StoreReference&) const { return "reference"; }
     std::string operator()(const Reset&) const { return "reset"; }
+    std::string operator()(const Complicate& c) const {
+        if (c.kind == ComplicationKind::Breath)
+            return fmt::format("complication breath {}", breath_manners[static_cast<std::size_t>(c.breath)]);
+        std::string text =
+            fmt::format("complication {} {} {} at {} mm over {} mm", name_of(c.kind), preposition(c.kind),
+                        c.branch, io::number_text(c.at), io::number_text(c.over));
+        if (c.kind != ComplicationKind::Thrombus) text += " by " + io::number_text(c.percent) + " percent";
+        return text;
+    }
+    std::string operator()(const Relieve& c) const {
+        if (!c.kind) return "relieve all";
+        return fmt::format("relieve {} {} {}", name_of(*c.kind), preposition(*c.kind), c.branch);
+    }
     std::string operator()(const MoveArm& c) const {
         std::string text = "arm";
         if (c.lao) text += " lao " + degrees_text(*c.lao) + " deg";
@@ -99,13 +117,62 @@ struct CommandText {
     }
 };
 
+/// The digits as a number; empty for anything else.
+std::optional<int> digits(std::string_view text) {
+    if (!std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) return {};
+    return io::parse_integer(text);
+}
+
 }  // namespace
+
+std::string date_text(std::chrono::sys_seconds at) {
+    const auto day = std::chrono::floor<std::chrono::days>(at);
+    const std::chrono::year_month_day date(day);
+    const std::chrono::hh_mm_ss time(at - day);
+    return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", static_cast<int>(date.year()),
+                       static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                       time.hours().count(), time.minutes().count(), time.seconds().count());
+}
+
+std::optional<std::chrono::sys_seconds> parse_date(std::string_view text) {
+    constexpr std::string_view form = "0000-00-00T00:00:00Z";
+    if (text.size() != form.size()) return {};
+    for (std::size_t k = 0; k < form.size(); ++k)
+        if (form[k] != '0' && text[k] != form[k]) return {};
+    const auto year = digits(text.substr(0, 4)), month = digits(text.substr(5, 2)),
+               day = digits(text.substr(8, 2)), hour = digits(text.substr(11, 2)),
+               minute = digits(text.substr(14, 2)), second = digits(text.substr(17, 2));
+    if (!year || !month || !day || !hour || !minute || !second) return {};
+    const std::chrono::year_month_day date(std::chrono::year(*year),
+                                           std::chrono::month(static_cast<unsigned>(*month)),
+                                           std::chrono::day(static_cast<unsigned>(*day)));
+    if (*year < 1970 || !date.ok() || *hour > 23 || *minute > 59 || *second > 59) return {};
+    return std::chrono::sys_days(date) + std::chrono::hours(*hour) + std::chrono::minutes(*minute) +
+           std::chrono::seconds(*second);
+}
+
+bool is_comment(std::string_view text) {
+    return !text.empty() && text.size() <= longest_comment && text.front() != ' ' && text.back() != ' ' &&
+           io::is_utf8(text) && std::none_of(text.begin(), text.end(), [](char c) {
+               const auto code = static_cast<unsigned char>(c);
+               return code < 0x20 || code == 0x7f;
+           });
+}
 
 std::optional<Held> held_named(std::string_view name) {
     if (name == "both") return Held::All;
     const auto found = std::find(held_names.begin(), held_names.end(), name);
     if (found == held_names.end()) return std::nullopt;
     return static_cast<Held>(found - held_names.begin());
+}
+
+std::string_view preposition(ComplicationKind kind) {
+    return kind == ComplicationKind::Thrombus ? "in" : "of";
+}
+
+bool is_of_teacher(const Command& command) {
+    return std::holds_alternative<TeacherAct>(command) || std::holds_alternative<Complicate>(command) ||
+           std::holds_alternative<Relieve>(command);
 }
 
 std::string to_text(const Command& command) {

@@ -26,9 +26,24 @@
 ///     42      table 0 0 -40 mm           # to the patient's left, back, head
 ///     50      reference                  # the image to the reference screen
 ///     80      withdraw 10 mm
+///     85      teacher target on          # on the trainee's screen; or another of teacher_things, or
+///                                        # 'teacher paused': kept for the score, nothing moves by it
 ///     90      reset                      # everything as at the start
+///
+/// A teacher's, who makes something happen to the patient; nothing tells the trainee (docs/complications.md):
+///
+///     40      complication spasm of LRA at 10 mm over 20 mm by 60 percent
+///                                        # of the diameter; the middle lies 10 mm along the branch
+///     60      complication thrombus in LRA at 15 mm      # or 'at 15 mm over 8 mm'; it lets no blood by
+///     80      complication dissection of LRA at 5 mm over 15 mm      # or '... over 15 mm by 50 percent'
+///     90      complication breath deep   # the patient breathes deeply, or 'cough', once, or 'free', again
+///     120     relieve spasm of LRA       # or dissection of, thrombus in, a branch, or all
+///
+/// And the end:
+///
 ///     120     end                        # the last frame; default: the hold after the last command
 ///     state 60 0123456789abcdef          # the state hash that frame 60 must leave
+///     comment 60 pulled back too late    # a teacher's, of frame 60: all of the line, which no replay heeds
 ///
 /// A recording begins with lines of its own; the rest of a line is the name:
 ///
@@ -37,10 +52,12 @@
 ///     scenario 0123456789abcdef renal
 ///     anatomy 0123456789abcdef
 ///     learner Ada
+///     date 2026-11-26T20:31:05Z          # when the attempt began; of the room's recordings
 ///
 /// Frames stand in order. A line may repeat over a range, and ranges may overlap.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -159,12 +176,54 @@ struct Collimate {
 struct MoveTable {
     geometry::Vec3 place = geometry::Vec3::Zero();
 };
+/// What a teacher does to the trainee's screen or clock. Nothing moves by it: it is kept so that the score of
+/// the attempt can say it.
+struct TeacherAct {
+    enum class Thing { Target, Way, Hints, Readouts, Reference, Captions, Window, Paused };
+    Thing thing = Thing::Target;
+    bool on = true;  // shown, or open; of Paused always
+};
+/// Paused aside, which has no on and off.
+inline constexpr std::array<std::string_view, 7> teacher_things = {
+    "target", "way", "hints", "readouts", "reference", "captions", "window"};
+/// Which of them are shown, or open.
+using TeacherScreen = std::array<bool, teacher_things.size()>;
+/// Where no teacher has done anything.
+inline constexpr TeacherScreen usual_screen = {false, false, true, true, true, true, false};
 struct StoreReference {};
 struct Reset {};
 
+/// What a teacher makes happen to the patient while a trainee works.
+enum class ComplicationKind { Spasm, Thrombus, Dissection, Breath };
+inline constexpr std::array<std::string_view, 4> complication_names = {"spasm", "thrombus", "dissection",
+                                                                       "breath"};
+inline constexpr std::string_view name_of(ComplicationKind kind) {
+    return complication_names[static_cast<std::size_t>(kind)];
+}
+/// The word between a kind and its branch: "spasm of LRA", "thrombus in LRA".
+std::string_view preposition(ComplicationKind);
+/// How the patient breathes when nobody has told him to hold his breath.
+enum class BreathManner { Free, Deep, Cough };
+inline constexpr std::array<std::string_view, 3> breath_manners = {"free", "deep", "cough"};
+inline constexpr double thrombus_length = 10, dissection_percent = 50;  // where a line names none
+/// Of a branch, named as those of an injection, or of the patient's breath.
+struct Complicate {
+    ComplicationKind kind = ComplicationKind::Spasm;
+    std::string branch;  // empty for the breath
+    double at = 0;       // its middle, from where the branch leaves its parent's lumen, along it [mm]
+    double over = 0;     // its length, half of it on either side of the middle [mm]
+    double percent = 0;  // of the diameter that is lost in its middle; of a thrombus 100
+    BreathManner breath = BreathManner::Free;
+};
+/// Takes back what was set, as drugs, aspiration or a stent would.
+struct Relieve {
+    std::optional<ComplicationKind> kind;  // not Breath; empty = everything, the breath as well
+    std::string branch;
+};
+
 using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
                              SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset, Remove,
-                             Exchange, ShiftMask, Breathe, Grip, Pin>;
+                             Exchange, ShiftMask, Breathe, Grip, Pin, TeacherAct, Complicate, Relieve>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;                // [mm]
@@ -175,8 +234,14 @@ using render::widest_opening;                                // of the collimato
 inline const geometry::Vec3 table_reach(180, 140, 600);      // in either direction [mm]
 inline constexpr double largest_shift = 1024;                // of the mask, in either direction [pixels]
 inline constexpr double largest_shift_share = 0.25;          // the same, of the image's width [-]
+/// Of complications: along a branch, their length, and what a spasm or a flap takes of the diameter.
+inline constexpr double largest_place = 1000;                                   // [mm]
+inline constexpr double shortest_complication = 6, longest_complication = 100;  // [mm]
+inline constexpr double least_narrowing = 10, largest_narrowing = 90;           // [percent]
 inline constexpr int largest_frame = 1'000'000;
 
+/// Whether a teacher gives it, and no hand.
+bool is_of_teacher(const Command&);
 /// "advance 5 mm": reads back to the same bits.
 std::string to_text(const Command&);
 /// The command as it is read back from a recording: angles made in radians change by a rounding error.
@@ -208,6 +273,7 @@ struct Origin {
     bool free_practice = false;  // in the room: without a score, and seconds may have been taken back
     /// Steps of a guided lesson that were done, and those that there are; 0 without one.
     int steps_done = 0, steps = 0;
+    std::optional<std::chrono::sys_seconds> date = {};  // when it was begun
 };
 inline constexpr int recording_schema = 3;
 inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8
@@ -215,6 +281,20 @@ inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8
 bool is_learner(std::string_view);
 /// The same for a recording, which an earlier version may have made with a name in another encoding.
 bool is_learner_in_file(std::string_view);
+
+/// "2026-11-26T20:31:05Z", and back; empty for what is no time of the years 1970 to 9999.
+std::string date_text(std::chrono::sys_seconds);
+std::optional<std::chrono::sys_seconds> parse_date(std::string_view);
+
+/// What a teacher says of a frame.
+struct Comment {
+    int frame = 0;
+    std::string text;
+};
+inline constexpr std::size_t longest_comment = 300;  // bytes of UTF-8
+/// Whether this can be a comment's text: valid UTF-8, not blank, not too long, without control characters and
+/// without blanks at its ends.
+bool is_comment(std::string_view);
 
 /// What the author says of the lines that follow: comments that stand on lines of their own, joined.
 struct Caption {
@@ -228,6 +308,7 @@ struct CommandScript {
     std::vector<TimedCommand> commands;  // in order of frames; ranges expanded
     std::vector<StateCheck> checks;      // in order of frames
     std::vector<Caption> captions;       // in order of lines
+    std::vector<Comment> comments;       // in order of frames
     std::optional<int> end;              // last frame, if the script says so
 
     /// The commands of a frame.

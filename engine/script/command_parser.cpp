@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t most_commands = 2'000'000;
 constexpr std::size_t most_messages = 20;
+constexpr std::size_t most_comments = 10'000;
 
 constexpr std::array<std::string_view, 6> arm_words = {"lao", "cranial", "sid", "sod", "width", "isocentre"};
 
@@ -222,6 +223,48 @@ ShiftMask shift_command(Line& line) {
     return shift;
 }
 
+/// "of LRA", or "in LRA" for a thrombus.
+std::string branch_of(Line& line, ComplicationKind kind) {
+    line.word(preposition(kind));
+    return std::string(line.take("the name of a branch is accepted").text);
+}
+
+Complicate complication_command(Line& line) {
+    Complicate set;
+    set.kind = static_cast<ComplicationKind>(
+        line.choice(complication_names, "accepted are: " + io::joined(complication_names)));
+    if (set.kind == ComplicationKind::Breath) {
+        set.breath = static_cast<BreathManner>(
+            line.choice(breath_manners, "accepted are: " + io::joined(breath_manners)));
+        return set;
+    }
+    const bool spasm = set.kind == ComplicationKind::Spasm, thrombus = set.kind == ComplicationKind::Thrombus;
+    set.branch = branch_of(line, set.kind);
+    line.word("at");
+    set.at = line.amount(0, largest_place, "mm");
+    set.over = thrombus_length;
+    if (!thrombus || !line.done()) {
+        line.word("over");
+        set.over = line.amount(shortest_complication, longest_complication, "mm");
+    }
+    set.percent = thrombus ? 100 : dissection_percent;
+    if (spasm || (!thrombus && !line.done())) {
+        line.word("by");
+        set.percent = line.amount(least_narrowing, largest_narrowing, "percent");
+    }
+    return set;
+}
+
+Relieve relieve_command(Line& line) {
+    if (line.next_is("all")) return {};
+    const auto of_branches = std::span(complication_names).first(3);
+    Relieve relieve;
+    relieve.kind = static_cast<ComplicationKind>(
+        line.choice(of_branches, "accepted are: " + io::joined(of_branches) + ", all"));
+    relieve.branch = branch_of(line, *relieve.kind);
+    return relieve;
+}
+
 /// A verb, and how the rest of its line is read.
 struct Verb {
     std::string_view word;
@@ -253,6 +296,13 @@ constexpr Verb verbs[] = {
          const Held held = device(l);
          return Pin{l.either("on", "off"), held};
      }},
+    {"teacher",
+     [](Line& l) -> Command {
+         using Thing = TeacherAct::Thing;
+         if (l.next_is("paused")) return TeacherAct{Thing::Paused};
+         const auto thing = l.choice(teacher_things, "accepted are: paused, " + io::joined(teacher_things));
+         return TeacherAct{static_cast<Thing>(thing), l.either("on", "off")};
+     }},
     {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
     {"exchange", [](Line& l) -> Command { return exchange_command(l); }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},
@@ -268,6 +318,8 @@ constexpr Verb verbs[] = {
     {"table", [](Line& l) -> Command { return table_command(l); }},
     {"reference", [](Line&) -> Command { return StoreReference{}; }},
     {"reset", [](Line&) -> Command { return Reset{}; }},
+    {"complication", [](Line& l) -> Command { return complication_command(l); }},
+    {"relieve", [](Line& l) -> Command { return relieve_command(l); }},
 };
 static_assert(std::size(verbs) == std::variant_size_v<Command>, "every command has its verb");
 
@@ -296,6 +348,7 @@ public:
         try {
             if (header(text, number)) return;
             if (text.starts_with("#")) return comment(text.substr(1));
+            if (text.starts_with("comment ")) return remark(text);
             Line line(text);
             if (line.done()) return;
             const std::size_t before = script_.commands.size();
@@ -315,6 +368,8 @@ public:
         if (!wrong_.empty()) throw io::InputError(io::joined(wrong_, "\n"));
         std::stable_sort(script_.commands.begin(), script_.commands.end(),
                          [](const TimedCommand& a, const TimedCommand& b) { return a.frame < b.frame; });
+        std::stable_sort(script_.comments.begin(), script_.comments.end(),
+                         [](const Comment& a, const Comment& b) { return a.frame < b.frame; });
         return std::move(script_);
     }
 
@@ -357,7 +412,7 @@ private:
             return true;
         }
         for (const std::string_view key :
-             {"program ", "scenario ", "anatomy ", "patient ", "practice ", "learner "}) {
+             {"program ", "scenario ", "anatomy ", "patient ", "practice ", "learner ", "date "}) {
             if (!takes(key)) continue;
             if (!script_.origin || last_frame_ > 0 || !script_.commands.empty())
                 throw Refusal{1, fmt::format("'{}' was found; it is accepted at the start of a recording, "
@@ -407,6 +462,13 @@ private:
             origin.free_practice = true;
             return;
         }
+        if (key == "date ") {
+            origin.date = parse_date(text);
+            if (!origin.date)
+                throw Refusal{column,
+                              "a time such as 2026-11-26T20:31:05Z is accepted, from the year 1970 on"};
+            return;
+        }
         const auto hash = io::parse_hash(text.substr(0, 16));
         if (!hash) throw Refusal{column, "a hash of 16 hexadecimal digits is accepted"};
         const std::string_view name = text.size() > 17 ? text.substr(17) : std::string_view();
@@ -444,10 +506,11 @@ private:
         if (verb.text == "end") {
             line.finish();
             if (to < last_frame_) {
-                Line::refuse(first,
-                             fmt::format("the run ends before frame {}, which has a command or a state; "
-                                         "{} or later is accepted",
-                                         last_frame_, last_frame_));
+                Line::refuse(
+                    first,
+                    fmt::format("the run ends before frame {}, which has a command, a state or a comment; "
+                                "{} or later is accepted",
+                                last_frame_, last_frame_));
             }
             script_.end = to;
             return;
@@ -480,6 +543,30 @@ private:
         script_.checks.push_back({frame, *hash, place_});
     }
 
+    /// A teacher's comment: the frame, and all else of the line. Its frame may lie before those of the lines
+    /// around it.
+    void remark(std::string_view text) {
+        constexpr std::size_t start = std::string_view("comment ").size();
+        while (text.ends_with('\r') || text.ends_with(' ')) text.remove_suffix(1);
+        const std::size_t end = std::min(text.find(' ', start), text.size());
+        const Word word{text.substr(std::min(start, end), end - std::min(start, end)),
+                        static_cast<int>(start) + 1};
+        const int frame = frame_number(word, word.text);
+        if (script_.end && frame > *script_.end)
+            Line::refuse(word,
+                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+        const std::string_view said = text.substr(std::min(end + 1, text.size()));
+        if (!is_comment(said))
+            throw Refusal{
+                static_cast<int>(end) + 2,
+                fmt::format("a text of 1 to {} bytes of UTF-8 without control characters is accepted",
+                            longest_comment)};
+        if (script_.comments.size() >= most_comments)
+            Line::refuse(word, fmt::format("{} comments in all are accepted", most_comments));
+        last_frame_ = std::max(last_frame_, frame);
+        script_.comments.push_back({frame, std::string(said)});
+    }
+
     void comment(std::string_view text) {
         const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '#'; };
         while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -494,7 +581,7 @@ private:
     io::TextPlace place_;
     std::string comment_;  // above the line that is read
     int last_start_ = 0;   // first frame of the line before
-    int last_frame_ = 0;   // of any command or state so far
+    int last_frame_ = 0;   // of any command, state or comment so far
     std::size_t refused_ = 0;
     std::vector<std::string> wrong_;
 };

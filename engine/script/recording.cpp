@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <fmt/format.h>
+#include <fstream>
+#include <string>
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -20,6 +22,7 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
     if (!origin.patient.empty()) text += fmt::format("patient {}\n", origin.patient);
     if (origin.free_practice) text += "practice free\n";
     if (is_learner(origin.learner)) text += fmt::format("learner {}\n", origin.learner);
+    if (origin.date) text += fmt::format("date {}\n", date_text(*origin.date));
     file_.append(text);
     ends_.push_back(file_.size());
 }
@@ -34,11 +37,24 @@ void Recording::frame(int number, std::span<const Command> commands, const State
     ends_.back() = file_.size();
 }
 
+void Recording::comment(const Comment& comment) {
+    assert(comment.frame >= 0 && comment.frame <= last_frame_ && is_comment(comment.text));
+    comments_.emplace_back(file_.size(), comment);
+    file_.append(fmt::format("comment {} {}\n", comment.frame, comment.text));
+    ends_.back() = file_.size();
+}
+
 void Recording::take_back(int frame) {
     assert(frame >= -1 && frame <= last_frame_);
     file_.cut(ends_[frame + 1]);
     ends_.resize(frame + 2);
     last_frame_ = frame;
+    const auto first_cut = std::find_if(comments_.begin(), comments_.end(),
+                                        [this](const auto& kept) { return kept.first >= file_.size(); });
+    const std::vector<std::pair<long long, Comment>> cut(first_cut, comments_.end());
+    comments_.erase(first_cut, comments_.end());
+    for (const auto& [place, said] : cut)
+        if (said.frame <= frame) comment(said);
 }
 
 void Recording::practised(int steps_done, int steps) {
@@ -53,6 +69,19 @@ void Recording::close(const StateHash& state_hash) {
     file_.append(lines + fmt::format("{} end\n", last_frame_));
 }
 
+std::chrono::system_clock::time_point time_of(const std::filesystem::path& file) {
+    constexpr int header_lines = 8;
+    std::ifstream text(file);
+    std::string line;
+    for (int k = 0; k < header_lines && std::getline(text, line); ++k) {
+        if (line.ends_with('\r')) line.pop_back();
+        if (!line.starts_with("date ")) continue;
+        if (const auto date = parse_date(std::string_view(line).substr(5))) return *date;
+    }
+    return std::chrono::time_point_cast<std::chrono::system_clock::duration>(
+        std::chrono::file_clock::to_sys(std::filesystem::last_write_time(file)));
+}
+
 std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& place) {
     namespace fs = std::filesystem;
     std::error_code error;
@@ -61,12 +90,12 @@ std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& pl
         throw io::InputError("{}: expected a recording (.gw) or a folder of them, found nothing of that name",
                              place.string());
     }
-    std::vector<std::pair<fs::file_time_type, fs::path>> found;
+    std::vector<std::pair<std::chrono::system_clock::time_point, fs::path>> found;
     for (fs::recursive_directory_iterator it(place, fs::directory_options::skip_permission_denied, error),
          end;
          !error && it != end; it.increment(error))
         if (it->is_regular_file(error) && it->path().extension() == ".gw")
-            found.emplace_back(it->last_write_time(error), it->path());
+            found.emplace_back(time_of(it->path()), it->path());
     if (found.empty())
         throw io::InputError("{}: there are no recordings in it; files ending in .gw are accepted",
                              place.string());

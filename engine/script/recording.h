@@ -2,10 +2,12 @@
 /// run.gw: the commands of an attempt as they were made, with the state hashes they led to. A recording is a
 /// command script: replayed, it reaches the same state and checks that it does.
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/io/files.h"
@@ -28,24 +30,32 @@ public:
     /// Computes the state's hash; called only where it is written.
     using StateHash = std::function<std::uint64_t()>;
     void frame(int number, std::span<const Command>, const StateHash&);
-    /// Removes everything after a frame; the next frame to come is the one after it. With -1 all frames are
-    /// removed.
+    /// Keeps a teacher's comment on a frame that is made.
+    void comment(const Comment&);
+    /// Removes everything after a frame but comments on it and those before; the next frame to come is the
+    /// one after it. With -1 all frames are removed.
     void take_back(int frame);
     /// Of a guided lesson, before the end.
     void practised(int steps_done, int steps);
-    /// Writes the last frame and its hash. Nothing may follow.
+    /// Writes the last frame and its hash. Nothing may follow but comments.
     void close(const StateHash&);
+    int last_frame() const { return last_frame_; }  // -1 before the first
 
 private:
     bool states(int frame) const { return frame % hash_every_ == 0; }
 
     io::GrowingFile file_;
+    std::vector<std::pair<long long, Comment>> comments_;  // and where each stands in the file [bytes]
     std::vector<long long> ends_;  // of the header and of each frame, in the file [bytes]
     int hash_every_ = 10;
     int last_frame_ = -1;
 };
 
-/// The recordings (.gw) in a folder and in those below it, by the time they were written; a file is its own.
+/// When the recording was begun, as it says; else when its file was last written. Throws
+/// std::filesystem::filesystem_error where there is none.
+std::chrono::system_clock::time_point time_of(const std::filesystem::path&);
+
+/// The recordings (.gw) in a folder and in those below it, in the order of their times; a file is its own.
 /// Throws InputError where there are none, or nothing of that name.
 std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& file_or_folder);
 

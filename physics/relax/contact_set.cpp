@@ -11,9 +11,14 @@ constexpr double deeper = 1e-6;  // in another vessel's lumen, for a joint to ch
 
 }  // namespace
 
-void ContactSet::reset(const Chain& wire) {
+void ContactSet::forget() {
     contacts_.clear();
     touching_.clear();
+    sums_.clear();
+}
+
+void ContactSet::reset(const Chain& wire) {
+    forget();
     update(wire);
     assert(contacts_.size() == wire.joints.size());
 }

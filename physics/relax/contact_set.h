@@ -55,6 +55,8 @@ public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
 
     void reset(const Chain&);  // ask for every joint
+    /// The next update asks for every joint.
+    void forget();
     /// Ask for the joints that have moved, or changed station, since they were last asked for, unless they
     /// are trusted to touch nothing. Takes up the wire's load as well.
     void update(const Chain&);

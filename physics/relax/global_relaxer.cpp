@@ -119,6 +119,13 @@ GlobalRelaxer::Unchanged GlobalRelaxer::unchanged(const Chain& wire) const {
                 wire.friction_loss == end_.friction_loss};
 }
 
+void GlobalRelaxer::forget() {
+    contacts_.forget();
+    end_ = {};
+    end_report_ = {};
+    predicted_ = spent_ = 0;
+}
+
 bool GlobalRelaxer::knows(const Chain& wire) const {
     return end_report_.at_rest() && unchanged(wire).all;
 }
@@ -236,7 +243,7 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
     };
     // Vessels that have moved are asked for anew.
     const auto update = [&] {
-        if (!lag_.update(wire, contacts_.contacts(), vessels_that_move(wire))) return false;
+        if (!lag_.update(wire, contacts_.contacts(), wall_, vessels_that_move(wire))) return false;
         if (vessels_that_move(wire)) contacts_.update(wire);
         return true;
     };

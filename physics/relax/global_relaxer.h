@@ -38,6 +38,9 @@ public:
     /// becomes what was made. A feed is at most λ.
     RelaxReport move(Chain&, HubMotion& motion, const RelaxBudget&);
 
+    /// The wall is another from now on: the next call knows nothing of the wire.
+    void forget();
+
     void state(StateStream& s) override {
         s(at_, predicted_, spent_, lag_, softer_walls_, contacts_, end_, end_report_);
     }

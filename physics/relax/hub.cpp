@@ -120,6 +120,13 @@ void Hub::find_loads(const Chain& wire, const RelaxReport& report) {
     assert(loads_.size() == wire.devices.size());
 }
 
+void Hub::wall_has_changed() {
+    relaxer_.forget();
+    working_ = settling_ = pending_ = false;
+    loads_at_rest_ = refuses_ = false;
+    spent_ = 0;
+}
+
 HubReport Hub::settle(Chain& wire, int updates) {
     assert(validate(wire).empty());
     if (!relaxer_.knows(wire)) refuses_ = false;

@@ -44,6 +44,9 @@ public:
     /// The same the other way: they go back to where they were.
     static void let_vessels_stay(Chain&);
 
+    /// The wall is another from now on, and work that is under way is given up; settle() follows.
+    void wall_has_changed();
+
     /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Chain&, int updates);
     /// Makes a motion, or a part of it, with a wire at rest: at most one segment's length and largest_turn.

@@ -10,10 +10,14 @@
 namespace physics {
 namespace {
 
-double normal_force(const Chain& chain, std::span<const WallContact> contacts, std::size_t joint) {
+/// The largest force that a joint's grip resists.
+double grip_force(const Chain& chain, std::span<const WallContact> contacts, const LumenWall& wall,
+                  std::size_t joint) {
     assert(joint < contacts.size() && chain.friction[joint] >= 0);
     const double mu = chain.grips[joint].rests() ? chain.static_friction[joint] : chain.friction[joint];
-    return mu * contacts[joint].force();
+    const double radius = chain.inner_radius() + chain.thickness[joint];
+    return mu * contacts[joint].force() +
+           chain.length_of(static_cast<int>(joint)) * wall.holds(chain.joints[joint], radius, mu);
 }
 
 constexpr double most_change = 1e9;  // of forces that have all gone, as a multiple of what is tolerated
@@ -32,11 +36,12 @@ bool LaggedForces::stalls(double change) const {
     return rounds_ > options_.least_rounds && change > options_.stalled_share * changes_[1];
 }
 
-bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, const Foundation* foundation) {
+bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, const LumenWall& wall,
+                          const Foundation* foundation) {
     assert(chain.grips.size() == chain.joints.size() && contacts.size() == chain.joints.size());
     double largest = 0, change = 0;  // as a multiple of what is tolerated
     for (std::size_t j = 1; j < chain.grips.size(); ++j) {
-        const double force = normal_force(chain, contacts, j);
+        const double force = grip_force(chain, contacts, wall, j);
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - chain.grips[j].force));
     }
@@ -52,9 +57,9 @@ bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, c
     const double stored = grip_energy(chain.grips, chain.joints, 1);
     for (std::size_t j = 1; j < chain.grips.size(); ++j) {
         Grip& grip = chain.grips[j];
-        const double force = normal_force(chain, contacts, j);
-        // A contact that is gone has no normal.
-        if (force > 0) grip.normal = contacts[j].normal.normalized();
+        const double force = grip_force(chain, contacts, wall, j);
+        // A contact that is gone has no normal; what holds a joint without a contact does so all around.
+        if (force > 0) grip.normal = contacts[j].touches() ? contacts[j].normal.normalized() : Vec3::Zero();
         grip.force += part * (force - grip.force);
         if (part == 1) grip.force = force;
         if (rolls && grip.holds())

@@ -18,10 +18,11 @@ public:
     int rounds() const { return rounds_; }
     /// Begins another round; false where there are no more.
     bool next_round();
-    /// The grips' forces and normals become those of the contacts of a rest, and the vessels are moved by the
+    /// The grips' forces and normals become those of the contacts of a rest, with what else the wall holds
+    /// the joints by (LumenWall::holds), and the vessels are moved by the
     /// contacts' forces, or all go a part of the way. False, and nothing changes, where they agree already,
     /// or will not: forces that the wall answers by a snap back and forth have no rest of their own.
-    bool update(Chain&, std::span<const WallContact>, const Foundation* = nullptr);
+    bool update(Chain&, std::span<const WallContact>, const LumenWall&, const Foundation* = nullptr);
     /// Of a rest whose forces agree with the wall: grips that held by the static coefficient and slip hold by
     /// the kinetic one from now on. False, and nothing changes, where none does.
     bool let_go(Chain&, std::span<const WallContact>);

@@ -236,6 +236,10 @@ bool DistanceField::same_vessel(int station, int other) const {
     return data_->tree.same_branch(station, other);
 }
 
+void DistanceField::apply_stiffness(const Vec3& x, WallContact& c) const {
+    if (!data_->stiffness.uniform()) data_->stiffness.apply(data_->tree.way(c.station, x), c);
+}
+
 void DistanceField::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = data_->contact(joints[i], contacts[i]);

@@ -53,6 +53,7 @@ public:
 
     void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
+    void apply_stiffness(const Vec3&, WallContact&) const override;
 
     /// The depth that devices of up to this radius need [mm]: the usual one where they are thinner than that,
     /// else deeper than they are by 0.15 mm or more.

@@ -97,6 +97,10 @@ bool MeshWall::same_vessel(int station, int other) const {
     return scene_->tree.same_branch(station, other);
 }
 
+void MeshWall::apply_stiffness(const Vec3& x, WallContact& c) const {
+    if (!scene_->stiffness.uniform()) scene_->stiffness.apply(scene_->tree.way(c.station, x), c);
+}
+
 void MeshWall::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i)

@@ -22,6 +22,7 @@ public:
 
     void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
+    void apply_stiffness(const Vec3&, WallContact&) const override;
     bool smooth() const override { return false; }
 
     /// Branch that a station belongs to, and its sample there.

@@ -96,6 +96,11 @@ public:
     /// Whether penetration is twice continuously differentiable near the wall. Planes of a mesh are not: on
     /// them a Newton method comes only as near to rest as the planes jump.
     virtual bool smooth() const { return true; }
+    /// Gives a contact the stiffness of the vessel there and its gradient, where that changes along it.
+    virtual void apply_stiffness(const Vec3&, WallContact&) const {}
+    /// What holds a device of that radius [mm] there besides friction on a wall that it presses on: a clot,
+    /// or a wall that would be narrower than it is. `friction`: its coefficient on the wall [N/mm].
+    virtual double holds(const Vec3&, double /*radius*/, double /*friction*/) const { return 0; }
 
 private:
     WallContact rigid_contact(const Vec3& at, int station, const WallContact& asked) const;

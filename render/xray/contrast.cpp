@@ -345,6 +345,12 @@ LumenContrast LumenContrast::moved(std::span<const Eigen::Vector3f> of_nodes) co
     return {mesh, std::move(nodes), pieces_->reaches};
 }
 
+LumenContrast LumenContrast::reshaped(std::span<const VertexMove> moves) const {
+    TriangleMesh mesh = pieces_->mesh;
+    for (const VertexMove& move : moves) mesh.vertices.at(move.vertex) += move.by.cast<double>();
+    return {mesh, pieces_->nodes, pieces_->reaches};
+}
+
 std::span<const Vec3> LumenContrast::nodes() const {
     return pieces_->nodes;
 }

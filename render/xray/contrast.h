@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 #include "render/picture/image.h"
 #include "render/xray/c_arm.h"
@@ -26,6 +27,15 @@ struct ContrastMatrix {
     /// unit ball, and 0 on average over the image, so that uneven mixing moves iodine and makes none.
     std::vector<Eigen::Vector3f> offsets;
     int unbalanced_rays = 0;  // rays that entered and left unequally often
+};
+
+/// A vertex of a mesh that is displaced.
+struct VertexMove {
+    std::uint32_t vertex = 0;
+    Eigen::Vector3f by = Eigen::Vector3f::Zero();  // [mm]
+
+    bool operator==(const VertexMove& other) const { return vertex == other.vertex && by == other.by; }
+    void state(geometry::StateStream& s) { s(vertex, by); }
 };
 
 /// A closed lumen cut into pieces: each place belongs to the node whose ball (centre, radius) holds it
@@ -49,6 +59,8 @@ public:
     std::vector<geometry::Vec3> moved_vertices(std::span<const Eigen::Vector3f> of_nodes) const;
     /// The same lumen, displaced.
     LumenContrast moved(std::span<const Eigen::Vector3f> of_nodes) const;
+    /// The same lumen with some vertices displaced, as where a vessel is narrower.
+    LumenContrast reshaped(std::span<const VertexMove>) const;
 
     /// Lengths are means over 2 × 2 rays per pixel; rays that meet the same walls within ½ mm are cut as one.
     /// Where a ray enters and leaves unequally often, as at a hole of the mesh, only chords between an entry

@@ -171,10 +171,12 @@ std::vector<std::string> problems(const Exposure& exposure) {
         found.emplace_back("the iodine concentration must lie within 0 and " +
                            std::to_string(static_cast<int>(largest_iodine)) + " mg/ml");
     }
-    for (const double share : {exposure.breath, exposure.beat, exposure.drift}) {
+    if (!(exposure.breath >= 0.0 && exposure.breath <= largest_breath))
+        found.emplace_back("the share of breath must lie within 0 and " +
+                           std::to_string(static_cast<int>(largest_breath)));
+    for (const double share : {exposure.beat, exposure.drift})
         if (!(share >= 0.0 && share <= 1.0))
-            found.emplace_back("the shares of breath, heartbeat and drift must lie within 0 and 1");
-    }
+            found.emplace_back("the shares of heartbeat and drift must lie within 0 and 1");
     return found;
 }
 
@@ -185,7 +187,8 @@ struct Fluoroscope::State {
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
-    std::vector<Eigen::Vector3f> moves;  // of the vessels' nodes, as the renderer has them; empty = none
+    std::vector<VertexMove> lumen_moves;  // that the pose's vessels were made with
+    std::vector<Eigen::Vector3f> moves;   // of the vessels' nodes, as the renderer has them; empty = none
     std::optional<DistalVessels> distal;
     std::vector<VolumeCaster> volumes;
     VolumeImages volume_images;
@@ -329,7 +332,11 @@ void Fluoroscope::State::dissolve_in(const SparseLength& layer, float concentrat
 }
 
 void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
-    if (!pose->vessels) pose->vessels = vessels->at(pose->arm);
+    if (!pose->vessels || lumen_moves != exposure.lumen_moves) {
+        lumen_moves = exposure.lumen_moves;
+        pose->vessels =
+            lumen_moves.empty() ? vessels->at(pose->arm) : vessels->reshaped(lumen_moves).at(pose->arm);
+    }
     const std::span<const Vec3> nodes = vessels->nodes();
     std::vector<float> concentration(nodes.size(), static_cast<float>(exposure.iodine));
     for (std::size_t i = 0; i < std::min(nodes.size(), exposure.vessel_iodine.size()); ++i)

@@ -62,6 +62,8 @@ struct OrganIodine {
 
 /// Of a pulse [nGy].
 inline constexpr double largest_detector_dose = 1e5;
+/// Of the displacements by a quiet breath, in a deep one and a cough [-].
+inline constexpr double largest_breath = 4;
 
 /// One pulse.
 struct Exposure {
@@ -84,12 +86,15 @@ struct Exposure {
     /// Displacement of the vessels besides, as devices push them aside: of each node of the vessels, and of
     /// each node of the distal arteries; empty = none [mm].
     std::vector<Eigen::Vector3f> vessel_moves = {}, distal_moves = {};
-    double breath = 0.0, beat = 0.0,
-           drift = 0.0;  // share of their displacements that the layers have, 0 to 1
+    /// Of the lumen's vertices besides, where a vessel is narrower than its mesh; contrast alone shows it.
+    std::vector<VertexMove> lumen_moves = {};
+    /// Share of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
+    double breath = 0.0, beat = 0.0, drift = 0.0;
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
           vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds);
+        s.unless_empty(lumen_moves);
     }
 };
 

@@ -128,6 +128,14 @@ void VirtualDisplay::move_mouse(int x, int y) {
     XFlush(x_->display);
 }
 
+void VirtualDisplay::click(int x, int y) {
+    move_mouse(x, y);
+    sleep_for(0.3);  // what lies there is told of the mouse first
+    XTestFakeButtonEvent(x_->display, 1, True, 0);
+    XTestFakeButtonEvent(x_->display, 1, False, 150);
+    XFlush(x_->display);
+}
+
 void VirtualDisplay::switch_layout(unsigned number) {
     XkbLockGroup(x_->display, XkbUseCoreKbd, number);
     XFlush(x_->display);

@@ -31,6 +31,7 @@ public:
     /// long the key is down, by the X server's clock [s].
     void tap(const std::string& name, double held = 0.05);
     void move_mouse(int x, int y);
+    void click(int x, int y);  // with the left button
     /// To one of the keyboard's layouts, counted from 0.
     void switch_layout(unsigned number);
     /// Resizes the window found last.

@@ -62,7 +62,7 @@ TEST(Play, AWholeExerciseByKeysReplaysToTheSameStates) {
     room.display.tap("s");
     room.display.tap("r");
     room.picture_behind("v", 0.6, "runs");
-    room.picture_behind("F12", 0.8, "instructor");
+    room.picture_behind("F12", 0.8, "behind-teacher");
     room.picture_behind("h", 0.3, "help");
     ASSERT_TRUE(room.finish());
     sleep_for(0.5);

@@ -36,9 +36,11 @@ inline std::pair<int, int> columns_of(const render::ColourImage& image, render::
 /// The program in the room, its files in a folder of its own; vessels come from the cache of all tests.
 class Room {
 public:
-    /// `largest_file`: the largest that the program can write, as on a full disk [bytes].
-    Room(int width, int height, std::vector<std::string> words, std::optional<rlim_t> largest_file = {})
-        : display(width, height) {
+    /// `largest_file`: the largest that the program can write, as on a full disk [bytes]; `beside`: what the
+    /// display is wider than the window [pixels].
+    Room(int width, int height, std::vector<std::string> words, std::optional<rlim_t> largest_file = {},
+         int beside = 0)
+        : display(width + beside, height) {
         setenv("DISPLAY", display.name().c_str(), 1);
         setenv("XDG_DATA_HOME", (folder / "data").c_str(), 1);
         setenv("XDG_CONFIG_HOME", (folder / "config").c_str(), 1);

@@ -52,6 +52,51 @@ TEST(ContrastFlow, MixesWithTheBloodThatPasses) {
     expect_balanced(flow);
 }
 
+TEST(ContrastFlow, APlugEndsTheContrastWhereItBeginsAndIsForgotten) {
+    const anatomy::Anatomy abdomen = small_abdomen();
+    ContrastFlow flow(abdomen, steady(40, 0.7)), free(abdomen, steady(40, 0.7));
+    Obstruction plug;
+    plug.branch = 1;
+    plug.from = plug.middle = {30, 0, 50};
+    plug.passes = 0;
+    flow.obstruct({&plug, 1});
+    for (ContrastFlow* each : {&flow, &free}) {
+        each->inject({Vec3(0, 0, 90), 10, 20, 300});
+        for (int f = 0; f < 30; ++f) each->step(frame);
+    }
+    EXPECT_GT(iodine_at(flow, {15, 0, 50}), 20);
+    EXPECT_GT(iodine_at(free, {45, 0, 50}), 20);
+    EXPECT_EQ(iodine_at(flow, {45, 0, 50}), 0);
+    EXPECT_EQ(flow.blush()[kidney_of(flow)].iodine, 0);
+    expect_balanced(flow);
+    // The others have what they had.
+    for (std::size_t o = 0; o < flow.blood().outlets.size(); ++o)
+        if (o != kidney_of(flow)) {
+            EXPECT_DOUBLE_EQ(flow.blood().outlets[o].flow, free.blood().outlets[o].flow);
+        }
+    flow.obstruct({});
+    for (std::size_t o = 0; o < flow.blood().outlets.size(); ++o)
+        EXPECT_EQ(flow.blood().outlets[o].flow, free.blood().outlets[o].flow);
+    for (int f = 0; f < 300; ++f) flow.step(frame);
+    expect_balanced(flow);
+}
+
+TEST(BloodFlow, ANarrowPlaceTakesWhatPoiseuilleAndTheJetTake) {
+    const BloodFlow free = blood_flow(small_abdomen(), steady(40));
+    Obstruction narrow;
+    narrow.branch = 1;
+    narrow.from = narrow.middle = {30, 0, 50};
+    narrow.laminar = 500;
+    narrow.turbulent = 300;
+    const BloodFlow flow = free.obstructed({&narrow, 1});
+    const auto kidney = std::ranges::find(free.outlets, "kidney", &Outlet::organ);
+    const double before = kidney->flow,
+                 now = flow.outlets[static_cast<std::size_t>(kidney - free.outlets.begin())].flow;
+    EXPECT_LT(now, before);
+    const double pressure = 93 * 133.322;
+    EXPECT_NEAR(now * pressure / before + 500 * now + 300 * now * now, pressure, 1e-6);
+}
+
 TEST(ContrastFlow, LeaksThroughAHoleWhatFlowsThereAndKeepsTheBalance) {
     // Bernoulli's speed at 93 mmHg, 4.84 m/s, times 0.6 of a sharp edge and a quarter of the section.
     EXPECT_NEAR(leak_rate(0.889), 0.6 * 0.25 * 0.6207 * 4.837, 0.002);

@@ -304,10 +304,10 @@ TEST(Course, ItsTableHasNewColumnsAtTheEndAndNoFormulas) {
         "wrong_entries,errors,motion_without_beam,"));
     EXPECT_TRUE(lines[0].ends_with(
         ",perforation,problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,"
-        "debriefing,steps_done,steps,patient"));
+        "debriefing,steps_done,steps,patient,teacher"));
     EXPECT_TRUE(lines[1].starts_with("'=1+1,renal,")) << lines[1];
     expect_said(lines[1], ",'=cmd,The renal,2026-12-20,");
-    EXPECT_TRUE(lines[2].ends_with(",The renal,2026-12-20,,0.5,0,65,1,x.html,,,")) << lines[2];
+    EXPECT_TRUE(lines[2].ends_with(",The renal,2026-12-20,,0.5,0,65,1,x.html,,,,")) << lines[2];
     EXPECT_TRUE(lines[3].starts_with("'-3,"));
     EXPECT_TRUE(lines[4].starts_with("'@x,"));
     EXPECT_TRUE(lines[5].starts_with("\"a,\"\"b\","));

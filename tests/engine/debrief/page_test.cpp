@@ -113,6 +113,29 @@ TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
     test::expect_said(html, "base64,AQIDBA==");
 }
 
+TEST(Debrief, WhatTheTeacherSaidAndDidStandsAtItsMoment) {
+    const std::string evil = "<script>alert(1)</script>";
+    const script::CommandScript script = recording(
+        "0 beam on\n1..20 advance 1 mm\n15 teacher target on\n20 complication breath cough\n25 reset\n"
+        "comment 3 of the first\ncomment 50 " +
+        evil +
+        "\n40..60 advance 1 mm\n55 teacher paused\n"
+        "60 complication spasm of tube at 40 mm over 10 mm by 50 percent\n80 end\n");
+    const Story story = *tell(test::small_scenario(), script, quick());
+    const std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(test::unbalanced(html), "");
+    EXPECT_EQ(html.find("<script>alert"), std::string::npos);
+    test::expect_said(html, "of the first <small>frame 3");
+    test::expect_said(html, "<li class=\"said\" data-frame=\"50\"><b>0:01</b>&lt;script&gt;");
+    test::expect_said(html, "<li class=\"did\" data-frame=\"25\"><b>0:00</b>target shown");
+    test::expect_said(html, "<li class=\"did\" data-frame=\"55\"><b>0:02</b>paused");
+    test::expect_said(html, "<li>spasm of the tube at ");
+    EXPECT_EQ(html.find("the patient coughs"), std::string::npos) << "of the attempt before";
+    EXPECT_EQ(count(html, "38l-5-9h10z"), 1u);
+    const Story alone = *tell(test::small_scenario(), recording(clumsy), quick());
+    EXPECT_EQ(page(std::span(&alone, 1), nullptr).find("The teacher"), std::string::npos);
+}
+
 TEST(Debrief, ThePageAsksNothingOfAnyNetwork) {
     const Story story = *tell(test::small_scenario(), recording(clumsy), quick());
     const std::string html = page(std::span(&story, 1), nullptr);

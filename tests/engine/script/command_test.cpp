@@ -170,6 +170,41 @@ TEST(Command, RangesAreWrittenOutFrameByFrame) {
     EXPECT_EQ(script.last_frame(5), 9);
 }
 
+TEST(Command, ComplicationsAreReadAndRefused) {
+    const CommandScript script = parse(
+        "0 complication spasm of LRA at 10 mm over 20 mm by 60 percent\n"
+        "1 complication thrombus in LRA at 15 mm\n"
+        "2 complication dissection of LRA at 5 mm over 15 mm\n"
+        "3 complication breath deep\n4 relieve dissection of LRA\n5 relieve all\n");
+    const auto set = [&](std::size_t k) { return std::get<Complicate>(script.commands[k].command); };
+    EXPECT_EQ(set(0).branch, "LRA");
+    EXPECT_EQ(set(0).at, 10);
+    EXPECT_EQ(set(0).over, 20);
+    EXPECT_EQ(set(0).percent, 60);
+    EXPECT_EQ(set(1).over, thrombus_length);
+    EXPECT_EQ(set(1).percent, 100);
+    EXPECT_EQ(set(2).percent, dissection_percent);
+    EXPECT_EQ(set(3).breath, BreathManner::Deep);
+    EXPECT_EQ(std::get<Relieve>(script.commands[4].command).kind, ComplicationKind::Dissection);
+    EXPECT_FALSE(std::get<Relieve>(script.commands[5].command).kind);
+    EXPECT_EQ(to_text(set(1)), "complication thrombus in LRA at 15 mm over 10 mm");
+    EXPECT_EQ(refusal_of("0 complication embolism in LRA at 15 mm"),
+              "x.gw:1:16: 'embolism' was found; accepted are: spasm, thrombus, dissection, breath");
+    EXPECT_EQ(refusal_of("0 complication spasm in LRA at 10 mm over 20 mm by 60 percent"),
+              "x.gw:1:22: 'in' was found; 'of' is accepted");
+    EXPECT_EQ(refusal_of("0 complication spasm of LRA at 10 mm over 20 mm by 95 percent"),
+              "x.gw:1:52: '95' was found; a number from 10 to 90 is accepted, in percent");
+    EXPECT_EQ(refusal_of("0 complication spasm of LRA at 10 mm over 200 mm by 60 percent"),
+              "x.gw:1:43: '200' was found; a number from 6 to 100 is accepted, in mm");
+    EXPECT_EQ(refusal_of("0 complication spasm of LRA at 10 mm over 20 mm"),
+              "x.gw:1:48: the line ends here; 'by' is accepted");
+    EXPECT_EQ(refusal_of("0 complication thrombus in LRA at nan mm"),
+              "x.gw:1:35: 'nan' was found; a number from 0 to 1000 is accepted, in mm");
+    EXPECT_NE(refusal_of("0 complication breath quiet"), "");
+    EXPECT_NE(refusal_of("0 relieve breath"), "");
+    EXPECT_NE(refusal_of("0 relieve spasm of"), "");
+}
+
 TEST(Command, TextReadsBackToTheSameBits) {
     const std::vector<Command> commands = {
         Advance{0.1},
@@ -196,6 +231,12 @@ TEST(Command, TextReadsBackToTheSameBits) {
         Pin{true, Held::Wire},
         Pin{false, Held::Microcatheter},
         Inject{5, 2, "", 320, Held::Catheter, true},
+        Complicate{ComplicationKind::Spasm, "LRA", 10.1, 20, 100.0 / 3},
+        Complicate{ComplicationKind::Thrombus, "aorta", 1.0 / 3, 8, 100},
+        Complicate{ComplicationKind::Dissection, "LRA", 5, 15, 50},
+        Complicate{ComplicationKind::Breath, "", 0, 0, 0, BreathManner::Cough},
+        Relieve{ComplicationKind::Thrombus, "LRA"},
+        Relieve{},
         MoveArm{33 * degree, {}, 1000.5, {}, {}, geometry::Vec3(.1, -2, 3)}};
     for (const Command& command : commands) {
         const std::string text = to_text(command);

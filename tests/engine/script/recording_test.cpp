@@ -1,5 +1,7 @@
 #include "engine/script/recording.h"
 
+#include <random>
+
 #include "tests/engine/fixtures.h"
 
 namespace script {
@@ -67,6 +69,106 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
     test::expect_said(said("learner Ada\n"), "x.gw:1:1: 'learner' was found");
     test::expect_said(said("recording 3\nlearner " + std::string(65, 'a') + "\n"), "x.gw:2:9: a name of at");
     test::expect_said(said("recording 3\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
+}
+
+TEST(Recording, CommentsStandBetweenFramesAndAlsoAfterTheEnd) {
+    const test::TemporaryFolder folder;
+    Recording recording(folder / "run.gw", {{"test 1", "small", "", 0, 0, 0}, 10});
+    for (int frame = 0; frame < 4; ++frame)
+        recording.frame(frame, std::vector<Command>{Advance{1}}, [] { return 7ull; });
+    recording.comment({2, "too fast # here"});
+    recording.comment({1, "gut gemacht, Zoë"});
+    recording.close([] { return 7ull; });
+    recording.comment({3, "at the end"});
+    const CommandScript script = load_commands(folder / "run.gw");
+    ASSERT_EQ(script.comments.size(), 3u);
+    EXPECT_EQ(script.comments[0].text, "gut gemacht, Zoë");
+    EXPECT_EQ(script.comments[1].frame, 2);
+    EXPECT_EQ(script.comments[1].text, "too fast # here");
+    EXPECT_EQ(script.comments[2].text, "at the end");
+    EXPECT_EQ(script.commands.size(), 4u);
+    EXPECT_EQ(script.end, 3);
+}
+
+TEST(Recording, WhatIsTakenBackTakesTheCommentsOnItAlong) {
+    const test::TemporaryFolder folder;
+    Recording recording(folder / "run.gw", {{"test 1", "small", "", 0, 0, 0}, 10});
+    for (int frame = 0; frame < 6; ++frame) recording.frame(frame, {}, [] { return 7ull; });
+    recording.comment({5, "gone"});
+    recording.comment({1, "stays"});
+    recording.take_back(2);
+    recording.frame(3, {}, [] { return 7ull; });
+    recording.comment({3, "new"});
+    recording.take_back(2);
+    const CommandScript script = load_commands(folder / "run.gw");
+    ASSERT_EQ(script.comments.size(), 1u);
+    EXPECT_EQ(script.comments[0].text, "stays");
+}
+
+TEST(Recording, CommentsThatCannotBeAreRefusedWithTheirLine) {
+    const auto said = [](const std::string& text) {
+        return test::refusal([&] { parse_commands(text, "x.gw"); });
+    };
+    EXPECT_EQ(said("comment 5 a\r\n0 beam on\n"), "");
+    EXPECT_EQ(said("comment 5 " + std::string(longest_comment, 'a') + "\n"), "");
+    test::expect_said(said("comment 5 " + std::string(longest_comment + 1, 'a') + "\n"),
+                      "x.gw:1:11: a text of 1 to 300 bytes");
+    for (const std::string bad : {"", " ", "\x01", "a\x7f", "a\tb", "\xff"})
+        test::expect_said(said("0 beam on\ncomment 5 " + bad + "\n"), "x.gw:2:11: a text of 1 to 300 bytes");
+    for (const std::string bad : {"x", "-1", "1000001", "1..2", ""})
+        test::expect_said(said("comment " + bad + " words\n"), "x.gw:1:9: ");
+    test::expect_said(said("0 beam on\n5 end\ncomment 6 late\n"), "x.gw:3:9: ");
+    test::expect_said(said("comment 6 late\n5 end\n"), "x.gw:2:1: ");
+    std::mt19937 random(7);
+    for (int k = 0; k < 2000; ++k) {
+        std::string text;
+        for (unsigned n = random() % 400; n > 0; --n) text += static_cast<char>(random() & 0xff);
+        if (text.find('\n') != std::string::npos) continue;
+        const std::string message = said("comment 5 " + text + "\n");
+        std::string_view shown = text;
+        while (shown.ends_with('\r') || shown.ends_with(' ')) shown.remove_suffix(1);
+        EXPECT_EQ(message.empty(), is_comment(shown)) << message;
+    }
+}
+
+TEST(Recording, ItsDateIsWrittenAndReadToTheSecond) {
+    using namespace std::chrono;
+    const sys_seconds at = sys_days(year(2026) / 11 / 26) + hours(20) + minutes(31) + seconds(5);
+    EXPECT_EQ(date_text(at), "2026-11-26T20:31:05Z");
+    EXPECT_EQ(parse_date("2026-11-26T20:31:05Z"), at);
+    EXPECT_EQ(parse_date("2028-02-29T00:00:00Z"), sys_days(year(2028) / 2 / 29));
+    for (const char* bad :
+         {"", "2026-11-26", "2026-11-26 20:31:05Z", "2026-11-26T20:31:05", "2026-11-31T20:31:05Z",
+          "2026-02-29T00:00:00Z", "2026-11-26T24:00:00Z", "2026-11-26T20:60:00Z", "1969-11-26T20:31:05Z",
+          "2026-11-26T20:31:60Z", "+026-11-26T20:31:05Z", "2026-11-26T20:31:05Z0"})
+        EXPECT_FALSE(parse_date(bad)) << bad;
+    const test::TemporaryFolder folder;
+    RecordingHeader header{{.program = "test 1", .scenario = "small", .learner = "Ada"}, 10};
+    header.origin.date = at;
+    Recording(folder / "run.gw", header).frame(0, {}, [] { return 7ull; });
+    EXPECT_EQ(load_commands(folder / "run.gw").origin->date, at);
+    EXPECT_EQ(time_of(folder / "run.gw"), at);
+    test::expect_refusal([] { parse_commands("recording 3\ndate yesterday\n", "x.gw"); },
+                         "x.gw:2:6: a time such as");
+    test::expect_refusal([] { parse_commands("0 beam on\ndate 2026-11-26T20:31:05Z\n", "x.gw"); },
+                         "x.gw:2:1: ");
+    std::mt19937 random(8);
+    for (int k = 0; k < 5000; ++k) {
+        std::string text = "2026-11-26T20:31:05Z";
+        for (int n = 0; n < 2; ++n) text[random() % text.size()] = static_cast<char>(random() & 0xff);
+        const auto read = parse_date(text);
+        EXPECT_TRUE(!read || date_text(*read) == text) << text;
+    }
+}
+
+TEST(Recording, ThoseOfAFolderStandInTheOrderOfTheirDates) {
+    const test::TemporaryFolder folder;
+    for (const auto& [name, day] : {std::pair{"b.gw", 2}, {"c.gw", 1}, {"a.gw", 3}})
+        test::write(folder / name,
+                    "recording 3\ndate 2026-11-0" + std::to_string(day) + "T10:00:00Z\n0 beam on\n");
+    std::vector<std::string> names;
+    for (const auto& file : recordings_of(folder.path())) names.push_back(file.filename().string());
+    EXPECT_EQ(names, (std::vector<std::string>{"c.gw", "b.gw", "a.gw"}));
 }
 
 TEST(Recording, UnwritablePlaceIsRefused) {

@@ -15,6 +15,7 @@ struct Answering {
     Chain wire;
     std::vector<WallContact> contacts;
     LaggedForces lag{LagOptions()};
+    TubeWall wall{{Vec3::Zero(), 100 * Vec3::UnitX()}, 5, 1};
     int rounds = 0;
 
     Answering() : wire(bent_wire(6, 0)), contacts(wire.joints.size()) {
@@ -28,7 +29,7 @@ struct Answering {
     double run(const std::function<double(double)>& normal_force) {
         for (lag.forget(); lag.next_round(); ++rounds) {
             contacts.back().penetration = normal_force(force());
-            if (!lag.update(wire, contacts)) break;
+            if (!lag.update(wire, contacts, wall)) break;
         }
         return force();
     }

@@ -1,31 +1,24 @@
 #pragma once
-/// The instructor's view: the vessel in 3D with the wire in it, coloured by the wall's force, and what the
-/// solver did for it.
+/// What the solver did for the devices, and what of their model may be changed meanwhile.
 
 #include <deque>
 #include <optional>
 
-#include "app/play/solver_scene.h"
-#include "app/play/window.h"
-#include "engine/anatomy/anatomy.h"
 #include "engine/room/session.h"
 
 namespace app {
 
-class Instructor {
+class SolverPage {
 public:
-    explicit Instructor(const Gl&);
-
     /// Starts another session: forgets what was drawn.
     void reset();
-    /// Draws the view over the area [pixels]. `target` and its `radius` [mm]. Returns what the instructor
-    /// changed.
-    std::optional<exercise::Tuning> draw(const room::View&, const anatomy::Anatomy&,
-                                         const geometry::Vec3& target, double radius, const render::Box&,
-                                         const Window&);
+    /// Of each view, also while the page is not shown.
+    void observe(const room::View&);
+    /// Draws into the ImGui window that is begun; `unit` as a window's [pixels]. Returns what was changed,
+    /// where that is allowed.
+    std::optional<exercise::Tuning> draw(const room::View&, bool may_tune, float unit);
 
 private:
-    void remember(const room::View&);
     void draw_speed_against_accuracy(float unit, double frame_ms) const;
     std::optional<exercise::Tuning> draw_controls(const exercise::Tuning& now, float unit);
 
@@ -33,7 +26,6 @@ private:
         double ms, error;  // of a frame's motion, and how far from rest it left the wire [mm]
         int method;
     };
-    SolverScene scene_;
     std::deque<float> motion_ms_, image_ms_, steps_, residual_;  // of the last frames
     std::deque<Dot> dots_;                                       // of frames with a motion
     std::optional<exercise::Tuning> edited_;                     // by sliders being held

@@ -1,8 +1,7 @@
-#include "app/play/solver_scene.h"
+#include "app/play/patient_scene.h"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
@@ -13,8 +12,8 @@
 namespace app {
 namespace {
 
-constexpr float force_length = 40;         // length of a line that represents 1 N [mm]
-constexpr double between_pictures = 0.08;  // while the camera rests [s]
+constexpr float force_length = 40;  // length of a line that represents 1 N [mm]
+constexpr float thicker = 2;        // than they are devices are drawn, to be seen from a distance
 
 struct Vertex {
     glm::vec3 place, normal, tint;
@@ -43,7 +42,7 @@ out vec4 colour;
 void main() {
     float size = length(facing);
     float slant = size > 0.0 ? abs(dot(facing / size, normalize(eye - world))) : 1.0;
-    colour = vec4(shade * (0.35 + 0.65 * slant), clamp(opacity + rim * pow(1.0 - slant, 2.0), 0.0, 1.0));
+    colour = vec4(shade * (0.55 + 0.45 * slant), clamp(opacity + rim * pow(1.0 - slant, 2.0), 0.0, 1.0));
 })";
 
 glm::vec3 single(const geometry::Vec3& v) {
@@ -80,7 +79,7 @@ render::Ink force_colour(double force) {
     return {mixed(low.red, high.red), mixed(low.green, high.green), mixed(low.blue, high.blue)};
 }
 
-struct SolverScene::Content {
+struct PatientScene::Content {
     const Gl& gl;
     GLuint program = 0, target = 0, picture = 0, depth = 0;
     GLint camera_at = -1, eye_at = -1, opacity_at = -1, rim_at = -1, shift_at = -1;
@@ -92,8 +91,7 @@ struct SolverScene::Content {
     const void* drawn_lumen = nullptr;
     std::vector<Eigen::Vector3f> drawn_moves;
     long drawn_view = -1;
-    bool turned = true;  // the camera has moved since the last picture
-    std::chrono::steady_clock::time_point drawn_at;
+    bool turned = true;                                    // the camera has moved since the last picture
     float azimuth = 0, elevation = 0.15f, distance = 320;  // of the eye [rad], [mm]
 
     explicit Content(const Gl& functions) : gl(functions) {}
@@ -167,7 +165,7 @@ struct SolverScene::Content {
         gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
         const bool whole = gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-        if (!whole) throw io::InputError("the display's OpenGL has no target for the instructor's view");
+        if (!whole) throw io::InputError("the display's OpenGL has no target for the teacher's view");
     }
 
     void send(Mesh& mesh, const std::vector<Vertex>& vertices, const std::vector<unsigned>& indices) const {
@@ -216,10 +214,9 @@ struct SolverScene::Content {
         send(lumen, vertices, indices);
     }
 
-    /// Draws the wire with eight sides, thicker than it is so that it is visible from a distance.
+    /// Draws the devices with eight sides, as thick as the outermost is.
     void send_wire(const room::SolverView& solver) {
         constexpr int sides = 8;
-        const float radius = 0.9f;
         std::vector<Vertex> vertices;
         std::vector<unsigned> indices;
         const std::size_t count = solver.joints.size();
@@ -234,6 +231,7 @@ struct SolverScene::Content {
             const glm::vec3 up = glm::cross(forward, across);
             const double force = i < solver.contacts.size() ? solver.contacts[i].force() : 0;
             const glm::vec3 tint = single(force_colour(force));
+            const float radius = thicker * (i < solver.radii.size() ? solver.radii[i] : 0.45f);
             for (int k = 0; k < sides; ++k) {
                 const float angle = 2 * std::numbers::pi_v<float> * k / sides;
                 const glm::vec3 normal = std::cos(angle) * across + std::sin(angle) * up;
@@ -285,10 +283,11 @@ struct SolverScene::Content {
         gl.DrawElements(shape, mesh.count, GL_UNSIGNED_INT, nullptr);
     }
 
-    void paint(const room::SolverView& solver) {
-        const glm::vec3 shift = single(solver.shift);
-        const glm::vec3 centre =
-            (solver.joints.empty() ? glm::vec3(0) : single(solver.joints.back())) + shift;
+    /// `solver` may be null: the eye then looks at `target`.
+    void paint(const room::SolverView* solver, const geometry::Vec3& target) {
+        const bool devices = solver && !solver->joints.empty();
+        const glm::vec3 shift = devices ? single(solver->shift) : glm::vec3(0);
+        const glm::vec3 centre = single(devices ? solver->joints.back() : target) + shift;
         // From the patient's front, head up, as in the image.
         const glm::vec3 eye =
             centre + distance * glm::vec3(std::sin(azimuth) * std::cos(elevation),
@@ -297,7 +296,7 @@ struct SolverScene::Content {
             glm::perspective(0.7f, static_cast<float>(width) / static_cast<float>(std::max(1, height)),
                              distance / 50, distance + 3000);
         const glm::mat4 camera = projection * glm::lookAt(eye, centre, glm::vec3(0, 0, 1));
-        gl.BindFramebuffer(GL_FRAMEBUFFER, target);
+        gl.BindFramebuffer(GL_FRAMEBUFFER, this->target);
         gl.Viewport(0, 0, width, height);
         gl.ClearColor(7 / 255.f, 10 / 255.f, 12 / 255.f, 1);
         gl.DepthMask(GL_TRUE);
@@ -311,8 +310,10 @@ struct SolverScene::Content {
         gl.UniformMatrix4fv(camera_at, 1, GL_FALSE, glm::value_ptr(camera));
         gl.Uniform3f(eye_at, eye.x, eye.y, eye.z);
         gl.Uniform3f(shift_at, shift.x, shift.y, shift.z);
-        draw_mesh(wire, GL_TRIANGLES, 1, 0);
-        draw_mesh(forces, GL_LINES, 1, 0);
+        if (devices) {
+            draw_mesh(wire, GL_TRIANGLES, 1, 0);
+            draw_mesh(forces, GL_LINES, 1, 0);
+        }
         gl.Enable(GL_BLEND);
         gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
         gl.DepthMask(GL_FALSE);
@@ -320,7 +321,7 @@ struct SolverScene::Content {
         gl.Enable(GL_CULL_FACE);
         for (const GLenum side : {GL_FRONT, GL_BACK}) {  // back surfaces first
             gl.CullFace(side);
-            draw_mesh(lumen, GL_TRIANGLES, 0.13f, 0.75f);
+            draw_mesh(lumen, GL_TRIANGLES, 0.2f, 0.8f);
         }
         gl.Disable(GL_CULL_FACE);
         gl.Disable(GL_DEPTH_TEST);
@@ -331,43 +332,39 @@ struct SolverScene::Content {
     }
 };
 
-SolverScene::SolverScene(const Gl& gl) : content_(std::make_unique<Content>(gl)) {}
-SolverScene::~SolverScene() = default;
+PatientScene::PatientScene(const Gl& gl) : content_(std::make_unique<Content>(gl)) {}
+PatientScene::~PatientScene() = default;
 
-void SolverScene::reset() {
+void PatientScene::reset() {
     content_->drawn_lumen = nullptr;
     content_->goal.count = 0;
     content_->drawn_view = -1;
 }
 
-void SolverScene::turn(float right, float up) {
+void PatientScene::turn(float right, float up) {
     content_->azimuth -= right;
     content_->elevation = std::clamp(content_->elevation + up, -1.5f, 1.5f);
     content_->turned = true;
 }
 
-void SolverScene::zoom(float factor) {
+void PatientScene::zoom(float factor) {
     content_->distance = std::clamp(content_->distance * factor, 15.0f, 2000.0f);
     content_->turned = true;
 }
 
-GLuint SolverScene::picture(const room::View& view, const anatomy::Anatomy& anatomy,
-                            const geometry::Vec3& target, double radius, int width, int height) {
+GLuint PatientScene::picture(const room::View& view, const anatomy::Anatomy& anatomy,
+                             const geometry::Vec3& target, double radius, int width, int height) {
     Content& c = *content_;
     c.make_program();
     c.make_target(width, height);
-    if (!c.drawn_lumen) c.send_lumen(anatomy, view.solver->lumen_moves);
+    const room::SolverView* solver = view.solver.get();
+    if (!c.turned && c.drawn_lumen && view.serial == c.drawn_view) return c.picture;
+    c.send_lumen(anatomy, solver ? solver->lumen_moves : std::vector<Eigen::Vector3f>());
     c.send_goal(target, radius);
-    const auto now = std::chrono::steady_clock::now();
-    const bool late = std::chrono::duration<double>(now - c.drawn_at).count() > between_pictures;
-    if (c.turned || (view.serial != c.drawn_view && late)) {
-        c.send_lumen(anatomy, view.solver->lumen_moves);
-        c.send_wire(*view.solver);
-        c.paint(*view.solver);
-        c.drawn_view = view.serial;
-        c.drawn_at = now;
-        c.turned = false;
-    }
+    if (solver) c.send_wire(*solver);
+    c.paint(solver, target);
+    c.drawn_view = view.serial;
+    c.turned = false;
     return c.picture;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The vessel in 3D with the wire in it, coloured by the wall's force, drawn into a texture.
+/// The vessels in 3D with the devices in them, coloured by the wall's force, drawn into a texture.
 
 #include <memory>
 
@@ -15,12 +15,12 @@ constexpr double least_force = 1e-3, most_force = 0.5;  // ends of the colour sc
 /// Dark blue over green to yellow, which people with red-green colour blindness can distinguish.
 render::Ink force_colour(double force);
 
-class SolverScene {
+class PatientScene {
 public:
-    explicit SolverScene(const Gl&);
-    ~SolverScene();
-    SolverScene(const SolverScene&) = delete;
-    SolverScene& operator=(const SolverScene&) = delete;
+    explicit PatientScene(const Gl&);
+    ~PatientScene();
+    PatientScene(const PatientScene&) = delete;
+    PatientScene& operator=(const PatientScene&) = delete;
 
     /// Forgets the vessels and the target of the previous session.
     void reset();
@@ -28,8 +28,8 @@ public:
     void turn(float right, float up);
     void zoom(float factor);
     /// Draws what has changed and returns the texture, `width` x `height` pixels, first row at the bottom.
-    /// The view must have a solver view. `target` and its `radius` [mm]. Throws io::InputError where the
-    /// display's OpenGL lacks what this needs.
+    /// Without a solver view there are no devices. `target` and its `radius` [mm]. Throws io::InputError
+    /// where the display's OpenGL lacks what this needs.
     GLuint picture(const room::View&, const anatomy::Anatomy&, const geometry::Vec3& target, double radius,
                    int width, int height);
 

@@ -1,4 +1,4 @@
-#include "app/play/instructor.h"
+#include "app/play/solver_page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -47,10 +47,10 @@ ImU32 method_colour(int method) {
 }  // namespace
 
 /// Plots the time of a frame's motion against the remaining distance from rest, both in powers of ten.
-void Instructor::draw_speed_against_accuracy(float unit, double frame_ms) const {
+void SolverPage::draw_speed_against_accuracy(float unit, double frame_ms) const {
     constexpr double least_ms = 0.01, most_ms = 1000, least_mm = 1e-10, most_mm = 10;
     ImGui::TextDisabled("distance from rest [mm] over time [ms]");
-    const ImVec2 size(unit * 214, unit * 130), corner = ImGui::GetCursorScreenPos();
+    const ImVec2 size(unit * 300, unit * 120), corner = ImGui::GetCursorScreenPos();
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.AddRectFilled(corner, ImVec2(corner.x + size.x, corner.y + size.y), colour(palette::well));
     const auto at = [&](double ms, double mm) {
@@ -73,13 +73,13 @@ void Instructor::draw_speed_against_accuracy(float unit, double frame_ms) const 
 }
 
 /// Returns settings that were changed and released.
-std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning& now, float unit) {
+std::optional<exercise::Tuning> SolverPage::draw_controls(const exercise::Tuning& now, float unit) {
     exercise::Tuning next = edited_.value_or(now);
     bool held = false, done = false;
     const auto slider = [&](const char* name, double& value, float least, float most, const char* format,
                             ImGuiSliderFlags scale = ImGuiSliderFlags_Logarithmic) {
         float shown = static_cast<float>(value);
-        ImGui::SetNextItemWidth(unit * 120);
+        ImGui::SetNextItemWidth(unit * 220);
         if (ImGui::SliderFloat(name, &shown, least, most, format, scale | ImGuiSliderFlags_AlwaysClamp))
             value = shown;
         held = held || ImGui::IsItemActive();
@@ -91,7 +91,7 @@ std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning
     slider("segment", next.segment_length, 0.5f, 6, "%.2f mm");
     slider("friction", next.friction, 0, 0.5f, "%.2f", ImGuiSliderFlags_None);
     int method = method_of(next.relaxer);
-    ImGui::SetNextItemWidth(unit * 120);
+    ImGui::SetNextItemWidth(unit * 220);
     if (ImGui::Combo("method", &method, method_names, method_count)) {
         next.relaxer.kind = methods[method].kind;
         next.relaxer.varied_segments = methods[method].varied;
@@ -101,7 +101,7 @@ std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning
     return done ? std::optional(next) : std::nullopt;
 }
 
-void Instructor::remember(const room::View& view) {
+void SolverPage::observe(const room::View& view) {
     if (!view.solver || view.frames == seen_) return;
     seen_ = view.frames;
     const room::SolverView& solver = *view.solver;
@@ -114,43 +114,31 @@ void Instructor::remember(const room::View& view) {
     push(steps_, solver.relax.newton_steps > 0 ? solver.relax.newton_steps : solver.relax.updates);
     push(residual_, std::log10(std::max(1e-16, solver.relax.gradient)));
     if (solver.relax.updates == 0 && solver.relax.newton_steps == 0) return;
-    dots_.push_back({solver.motion_ms, solver.error, method_of(solver.tuning.relaxer)});
+    if (!solver.error) return;
+    dots_.push_back({solver.motion_ms, *solver.error, method_of(solver.tuning.relaxer)});
     if (dots_.size() > 3 * remembered) dots_.pop_front();
 }
 
-Instructor::Instructor(const Gl& gl) : scene_(gl) {}
-
-void Instructor::reset() {
-    scene_.reset();
+void SolverPage::reset() {
     seen_ = -1;
     dots_.clear();
     edited_.reset();
     for (auto* values : {&motion_ms_, &image_ms_, &steps_, &residual_}) values->clear();
 }
 
-std::optional<exercise::Tuning> Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy,
-                                                 const geometry::Vec3& target, double radius,
-                                                 const render::Box& area, const Window& window) {
-    remember(view);
-    const float unit = window.unit();
-    ImGui::SetNextWindowPos(ImVec2(area.left, area.top), ImGuiCond_Appearing);
-    ImGui::SetNextWindowSize(ImVec2(area.right - area.left, area.bottom - area.top), ImGuiCond_Appearing);
-    ImGui::Begin("Instructor's view", nullptr,
-                 ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse);
+std::optional<exercise::Tuning> SolverPage::draw(const room::View& view, bool may_tune, float unit) {
     if (!view.solver) {
-        ImGui::TextUnformatted("It shows the wire from the next frame on.");
-        ImGui::End();
+        wrapped(palette::label, "It shows the solver from the next frame on.");
         return std::nullopt;
     }
     const room::SolverView& solver = *view.solver;
-    ImGui::BeginChild("solver", ImVec2(unit * 230, 0));
     const auto plot = [&](const char* name, std::deque<float>& values, const std::string& last, float most) {
         std::vector<float> row(values.begin(), values.end());
         const float low = row.empty() ? 0 : std::min(0.0f, *std::min_element(row.begin(), row.end()));
         const float high = row.empty() ? 1 : std::max(most, *std::max_element(row.begin(), row.end()));
         ImGui::TextDisabled("%s", name);
         ImGui::PlotLines(fmt::format("##{}", name).c_str(), row.data(), static_cast<int>(row.size()), 0,
-                         last.c_str(), low, high, ImVec2(unit * 214, unit * 44));
+                         last.c_str(), low, high, ImVec2(unit * 300, unit * 36));
     };
     plot("motion and solver [ms]", motion_ms_,
          fmt::format("{:.2f} of {:.0f} ms", solver.motion_ms, solver.frame_ms), 1);
@@ -166,34 +154,10 @@ std::optional<exercise::Tuning> Instructor::draw(const room::View& view, const a
     ImGui::PushStyleColor(ImGuiCol_Text, tint(solver.relax.converged() ? palette::good : palette::caution));
     ImGui::TextUnformatted(physics::message(solver.relax.termination).c_str());
     ImGui::PopStyleColor();
-    ImGui::TextDisabled("wall force, %.3f to %.1f N", least_force, most_force);
-    const ImVec2 corner = ImGui::GetCursorScreenPos();
-    constexpr int shades = 40;
-    for (int k = 0; k < shades; ++k) {
-        const float step = unit * 210 / shades;
-        ImGui::GetWindowDrawList()->AddRectFilled(
-            ImVec2(corner.x + k * step, corner.y), ImVec2(corner.x + (k + 1) * step, corner.y + unit * 8),
-            colour(force_colour(least_force * std::pow(most_force / least_force, k / (shades - 1.0)))));
-    }
-    ImGui::Dummy(ImVec2(0, unit * 12));
     draw_speed_against_accuracy(unit, solver.frame_ms);
-    const std::optional<exercise::Tuning> asked = draw_controls(solver.tuning, unit);
-    ImGui::EndChild();
-    ImGui::SameLine();
-
-    const ImVec2 room = ImGui::GetContentRegionAvail();
-    const int columns = std::max(16, static_cast<int>(room.x)), rows = std::max(16, static_cast<int>(room.y));
-    const GLuint picture = scene_.picture(view, anatomy, target, radius, columns, rows);
-    ImGui::Image(reinterpret_cast<void*>(static_cast<std::intptr_t>(picture)),
-                 ImVec2(static_cast<float>(columns), static_cast<float>(rows)), ImVec2(0, 1), ImVec2(1, 0));
-    const ImGuiIO& io = ImGui::GetIO();
-    if (ImGui::IsItemHovered()) {
-        if (io.MouseWheel != 0) scene_.zoom(io.MouseWheel > 0 ? 0.85f : 1.18f);
-        if (ImGui::IsMouseDown(0) && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0))
-            scene_.turn(0.008f * io.MouseDelta.x, 0.008f * io.MouseDelta.y);
-    }
-    ImGui::End();
-    return asked;
+    if (!may_tune) return std::nullopt;
+    wrapped(palette::caution, "A change of these ends the recording, and the attempt has no score.");
+    return draw_controls(solver.tuning, unit);
 }
 
 }  // namespace app
