@@ -6,9 +6,12 @@
 #   develop  all of it, and what formats, checks, fuzzes and measures the code (the default)
 set -eu
 
+# Off-screen OpenGL by OSMesa, or where there is no such package any more, or SELDINGER_GL=egl asks for it, by EGL.
+osmesa="libosmesa6-dev"
+egl="libegl-dev libgl-dev libegl-mesa0 libgl1-mesa-dri"
 run="
     g++ cmake ninja-build pkg-config
-    libeigen3-dev libembree-dev libosmesa6-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libnifti-dev libdcmtk-dev
+    libeigen3-dev libembree-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libnifti-dev libdcmtk-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
     fonts-dejavu-core
 "
@@ -17,7 +20,7 @@ tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev
     python3-pytest python3-cloudpickle slurmctld slurmd slurm-client
 "
-tools="clang-format clang-tidy clang libclang-rt-14-dev libbenchmark-dev"
+tools="doxygen mkdocs debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
 
 fail() {
     printf 'setup: %s\n' "$1" >&2
@@ -36,10 +39,19 @@ for part in "$@"; do
     esac
 done
 
-missing() {
-    for package in $packages; do
+lacks() {
+    for package in "$@"; do
         dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf '%s\n' "$package"
     done | sort -u | tr '\n' ' '
+}
+missing() {
+    gl=$osmesa
+    if [ "${SELDINGER_GL:-}" = egl ]; then
+        gl=$egl
+    elif [ -n "$(lacks $osmesa)" ] && { [ -z "$(lacks $egl)" ] || [ -n "${osmesa_is_gone:-}" ]; }; then
+        gl=$egl
+    fi
+    lacks $packages $gl
 }
 
 if ! command -v dpkg-query >/dev/null 2>&1; then
@@ -67,6 +79,11 @@ if ! $as_root apt-get update >"$log" 2>&1; then
     printf '\n'
     tail -n 5 "$log" >&2
     fail "'apt-get update' failed (above); still missing: $lacking"
+fi
+if [ -z "$(apt-cache madison $osmesa 2>/dev/null)" ]; then
+    osmesa_is_gone=yes
+    lacking=$(missing)
+    [ -n "$lacking" ] || exit 0
 fi
 # "Need to get 1,234 kB of archives." and "After this operation, 5,678 kB of additional disk space will be used."
 plan=$(apt-get install --assume-no --no-install-recommends $lacking 2>/dev/null || true)

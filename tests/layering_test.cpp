@@ -65,6 +65,8 @@ const std::map<std::string, Names> third_party = {
     {"Eigen", {""}},
     {"unsupported", {"engine/exercise"}},  // Eigen's Fourier transform
     {"embree3", {"physics/geometry/embree_mesh.h"}},
+    {"embree4", {"physics/geometry/embree_mesh.h"}},
+    {"EGL", {"render/picture/gl_egl.cpp"}},
     {"png.h", {"render/picture"}},
     {"zlib.h", {"engine/patient"}},
     {"nifti1.h", {"engine/patient"}},
@@ -72,7 +74,7 @@ const std::map<std::string, Names> third_party = {
     {"dcmtk", {"engine/dicom", "engine/patient"}},
     {"libdeflate.h", {"engine/anatomy", "render/picture"}},
     {"pugixml.hpp", {"engine/anatomy", "engine/anatomy/import"}},
-    {"GL", {"app/play/gl.h", "render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
+    {"GL", {"app/play/gl.h", "render/picture/gl_context.h", "render/picture/gl_osmesa.cpp"}},
     {"glm", {"app/play", "render/xray", "render/xray/gl_camera.h"}},
     {"imgui.h", {"app/play", "app/play/theme.h", "render/panel"}},
     {"backends", {"app/play"}},  // of ImGui

@@ -12,7 +12,7 @@ using geometry::Vec3;
 
 struct AllHits::Scene {
     explicit Scene(TriangleMesh closed)
-        : mesh(std::move(closed)), embree(mesh, Vec3::Zero(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
+        : mesh(std::move(closed)), embree(mesh, Vec3::Zero(), geometry::filtered_rays) {}
 
     TriangleMesh mesh;
     geometry::EmbreeMesh embree;
@@ -23,7 +23,7 @@ AllHits::~AllHits() = default;
 
 namespace {
 
-struct Trace : RTCIntersectContext {
+struct Trace : geometry::RayContext {
     const TriangleMesh* mesh;
     Vec3 origin, direction;
     AllHits::Sum sum;
@@ -47,13 +47,11 @@ void count(const RTCFilterFunctionNArguments* args) {
 
 AllHits::Sum AllHits::along(const Vec3& origin, const Vec3& direction) const {
     Trace trace;
-    rtcInitIntersectContext(&trace);
-    trace.filter = count;
     trace.mesh = &scene_->mesh;
     trace.origin = origin;
     trace.direction = direction;
     trace.sum = {};
-    scene_->embree.cast(origin, direction, trace);
+    scene_->embree.cast(origin, direction, trace, count);
     return trace.sum;
 }
 

@@ -39,8 +39,8 @@ void EmbreeMesh::release() {
     rtcReleaseDevice(device_);
 }
 
-RTCRayHit EmbreeMesh::cast(const Vec3& origin, const Vec3& direction, RTCIntersectContext& context,
-                           double start) const {
+RTCRayHit EmbreeMesh::cast(const Vec3& origin, const Vec3& direction, RayContext& context,
+                           RTCFilterFunctionN filter, double start) const {
     const Vec3 local = origin - middle_;
     RTCRayHit ray{};
     ray.ray.org_x = static_cast<float>(local.x());
@@ -53,14 +53,22 @@ RTCRayHit EmbreeMesh::cast(const Vec3& origin, const Vec3& direction, RTCInterse
     ray.ray.tfar = std::numeric_limits<float>::infinity();
     ray.ray.mask = ~0u;
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_, &context, &ray);
-    return ray;
-}
-
-RTCRayHit EmbreeMesh::cast(const Vec3& origin, const Vec3& direction, double start) const {
-    RTCIntersectContext context;
+#if SELDINGER_EMBREE == 4
+    rtcInitRayQueryContext(&context);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    arguments.filter = filter;
+    if (filter)
+        arguments.flags =
+            static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+    rtcIntersect1(scene_, &ray, &arguments);
+#else
     rtcInitIntersectContext(&context);
-    return cast(origin, direction, context, start);
+    context.filter = filter;
+    rtcIntersect1(scene_, &context, &ray);
+#endif
+    return ray;
 }
 
 void EmbreeMesh::query(const Vec3& x, float radius, RTCPointQueryFunction visit, void* look) const {

@@ -3,8 +3,8 @@
 
 namespace render {
 
-/// Owns one OSMesa context (software rasteriser, core profile). All drawing goes through this class, so that
-/// another source of contexts (EGL surfaceless) can replace it.
+/// Owns one context (software rasteriser, core profile) of OSMesa or, without a surface, of EGL
+/// (gl_source.h). All drawing goes through this class.
 class OffscreenContext {
     struct State;
 
@@ -26,7 +26,7 @@ public:
 
     private:
         friend class OffscreenContext;
-        explicit Use(const State&);
+        explicit Use(State&);
     };
     /// To be held while GL is called, by one thread at a time; a thread holds one. Throws std::runtime_error
     /// on failure.

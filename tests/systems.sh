@@ -1,0 +1,107 @@
+#!/bin/bash
+# tests/systems.sh [SYSTEM[/GL]...]: builds Seldinger on other systems, in chroots made by debootstrap, and compares what
+# it computes there with what it computes here: states, scores and images of a whole exercise. Needs root, debootstrap,
+# some 3 GB and ten minutes a system; chroots are kept in build/systems for the next time.
+#   SYSTEM   bookworm, trixie (Debian 12, 13), jammy, noble (Ubuntu 22.04, 24.04)
+#   GL       osmesa or egl
+# Without arguments: bookworm/egl trixie/osmesa trixie/egl noble/osmesa jammy/osmesa.
+# Ubuntu's need its keys, from the package ubuntu-archive-keyring or in SELDINGER_UBUNTU_KEYS.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source=$PWD
+folder=$source/build/systems
+debian=${SELDINGER_DEBIAN_MIRROR:-http://deb.debian.org/debian}
+ubuntu=${SELDINGER_UBUNTU_MIRROR:-http://archive.ubuntu.com/ubuntu}
+ubuntu_keys=${SELDINGER_UBUNTU_KEYS:-/usr/share/keyrings/ubuntu-archive-keyring.gpg}
+fail() {
+    printf 'systems: %s\n' "$1" >&2
+    exit 2
+}
+[ "$(id -u)" = 0 ] || fail "expected root, which chroots need; found user $(id -un)"
+command -v debootstrap >/dev/null || fail "debootstrap was not found: apt-get install debootstrap"
+[ $# -gt 0 ] || set -- bookworm/egl trixie/osmesa trixie/egl noble/osmesa jammy/osmesa
+for wanted in "$@"; do
+    case $wanted in
+    bookworm/osmesa | bookworm/egl | trixie/osmesa | trixie/egl | jammy/osmesa | jammy/egl | noble/osmesa | noble/egl) ;;
+    *) fail "expected SYSTEM/GL of bookworm, trixie, jammy, noble and osmesa, egl; found '$wanted'" ;;
+    esac
+done
+mkdir -p "$folder"
+
+make_chroot() { # SYSTEM
+    case $1 in
+    bookworm | trixie) debootstrap --variant=minbase "$1" "$folder/$1.new" "$debian" ;;
+    *)
+        [ -f "$ubuntu_keys" ] || fail "$ubuntu_keys was not found, and so $1's packages can't be checked"
+        # All of Ubuntu's releases are set up alike; an older debootstrap does not name the later ones.
+        debootstrap --variant=minbase --keyring="$ubuntu_keys" --components=main,universe "$1" "$folder/$1.new" "$ubuntu" gutsy
+        ;;
+    esac
+    mv "$folder/$1.new" "$folder/$1"
+}
+
+# One exercise: its states, score and images, in OUT.
+play() { # PROGRAM ASSETS OUT
+    rm -rf "$3"
+    "$1" run renal --commands "$2/scripts/renal.gw" --out "$3" --cache "$3.cache" >"$3.txt" 2>&1
+}
+states() { grep '^state ' "$1/run.gw" | sha256sum | cut -c 1-12; }
+images() { (cd "$1/frames" && cat -- *.png) | sha256sum | cut -c 1-12; }
+score() { grep -v '"program' "$1/score.json" | sha256sum | cut -c 1-12; }
+
+./app/build.sh release seldinger
+play build/release/bin/seldinger assets "$folder/here" || fail "the exercise failed here: $folder/here.txt"
+printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' system compiler Embree ImGui set-up build states score images
+printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' "(here)" "$(g++ -dumpfullversion)" \
+    "$(dpkg-query -W -f='${Version}' libembree-dev | cut -d+ -f1)" "$(pkg-config --modversion imgui)" - - \
+    "$(states "$folder/here")" "$(score "$folder/here")" "$(images "$folder/here")"
+
+bad=0
+for wanted in "$@"; do
+    system=${wanted%/*} gl=${wanted#*/}
+    root=$folder/$system
+    log=$folder/$system-$gl.log
+    if [ ! -d "$root" ]; then
+        rm -rf "$root.new"
+        make_chroot "$system" >"$log" 2>&1 || { tail -n 3 "$log" >&2; printf '%-16s no chroot: %s\n' "$wanted" "$log"; bad=1; continue; }
+    fi
+    # What is committed, as somebody who clones it would have it.
+    rm -rf "$root/seldinger/source"
+    mkdir -p "$root/seldinger/source"
+    git archive HEAD | tar -x -C "$root/seldinger/source"
+    mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
+    trap 'umount "$root/proc" 2>/dev/null || true' EXIT
+    start=$SECONDS
+    if ! chroot "$root" sh -c "cd /seldinger/source && SELDINGER_GL=$gl ./app/setup.sh run" >"$log" 2>&1; then
+        printf '%-16s set-up: %s\n' "$wanted" "$(tail -n 1 "$log")"
+        umount "$root/proc"
+        bad=1
+        continue
+    fi
+    setup=$((SECONDS - start)) start=$SECONDS
+    if ! chroot "$root" sh -c "cd /seldinger/source && cmake --preset release -B ../build-$gl -DSELDINGER_GL=$gl -DSELDINGER_TESTS=OFF -DSELDINGER_PYTHON=OFF && ninja -C ../build-$gl seldinger" >>"$log" 2>&1; then
+        printf '%-16s build: %s\n' "$wanted" "$(grep -m 1 'error:\|CMake Error' "$log" || tail -n 1 "$log")"
+        umount "$root/proc"
+        bad=1
+        continue
+    fi
+    build=$((SECONDS - start))
+    chroot "$root" sh -c "rm -rf /seldinger/out; cd /seldinger && build-$gl/bin/seldinger run renal --commands source/assets/scripts/renal.gw --out out --cache cache" >>"$log" 2>&1 || true
+    out=$root/seldinger/out
+    if [ -f "$out/score.json" ]; then
+        printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s' "$wanted" "$(chroot "$root" g++ -dumpfullversion)" \
+            "$(chroot "$root" dpkg-query -W -f='${Version}' libembree-dev | cut -d+ -f1)" "$(chroot "$root" pkg-config --modversion imgui)" \
+            "$setup s" "$build s" "$(states "$out")" "$(score "$out")" "$(images "$out")"
+        if [ "$(states "$out") $(score "$out") $(images "$out")" = "$(states "$folder/here") $(score "$folder/here") $(images "$folder/here")" ]; then
+            printf ' equal\n'
+        else
+            printf ' DIFFERENT\n'
+            bad=1
+        fi
+    else
+        printf '%-16s run: %s\n' "$wanted" "$(tail -n 1 "$log")"
+        bad=1
+    fi
+    umount "$root/proc"
+done
+exit $bad
