@@ -146,8 +146,9 @@ void Play::draw_card(std::size_t k, float width, float picture) {
     if (!shown->empty()) {
         // The middle of the picture, cut to the card's width.
         const float cut = std::max(0.0f, 1 - picture / side * shown->width() / shown->height()) / 2;
-        list.AddImage(shown->id(), corner, ImVec2(corner.x + side, corner.y + picture), ImVec2(0, cut),
-                      ImVec2(1, 1 - cut), opens ? IM_COL32_WHITE : IM_COL32(255, 255, 255, 90));
+        list.AddImage(texture_id(shown->id()), corner, ImVec2(corner.x + side, corner.y + picture),
+                      ImVec2(0, cut), ImVec2(1, 1 - cut),
+                      opens ? IM_COL32_WHITE : IM_COL32(255, 255, 255, 90));
     }
     wrapped(window_, Face::Bold, opens ? palette::bright : palette::label, exercise.scenario.title);
     const room::BestResult* best = results_.find(exercise.scenario.name);

@@ -172,7 +172,8 @@ void Review::draw_picture(const render::Box& area, const Window& window) {
     top_ = std::clamp(top_, 0.0f, 1 - part);
     ImDrawList& list = *ImGui::GetWindowDrawList();
     const ImVec2 low(area.left, area.top), high(area.left + side, area.top + side);
-    list.AddImage(texture_.id(), low, high, ImVec2(left_, top_), ImVec2(left_ + part, top_ + part));
+    list.AddImage(texture_id(texture_.id()), low, high, ImVec2(left_, top_),
+                  ImVec2(left_ + part, top_ + part));
     ImGui::InvisibleButton("picture", ImVec2(side, side));
     const ImGuiIO& io = ImGui::GetIO();
     const double pixels = image_.width * part / side;  // pixels of the image per pixel of the window

@@ -98,7 +98,7 @@ void Play::draw_image(const Box& area) {
                 top = std::round((area.top + area.bottom - side) / 2);
     if (view_->image) {
         image_.show(*view_->image, view_->image_serial, side < static_cast<float>(view_->image->width));
-        list.AddImage(image_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
+        list.AddImage(texture_id(image_.id()), ImVec2(left, top), ImVec2(left + side, top + side));
     }
     render::Canvas marks = canvas();
     const float unit = window_.unit();
@@ -152,7 +152,7 @@ void Play::draw_reference(const Box& area) {
                    Face::Plain, palette::faint, Align::Centre, side / unit);
     } else if (view_->reference) {
         reference_.show(*view_->reference, reinterpret_cast<std::intptr_t>(view_->reference.get()));
-        list.AddImage(reference_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
+        list.AddImage(texture_id(reference_.id()), ImVec2(left, top), ImVec2(left + side, top + side));
     } else {
         sheet.text({(left + side / 2) / unit, (top + side / 2) / unit - 8},
                    options_.keys.first(Action::Reference) + " stores the image here", Face::Plain,
@@ -181,7 +181,7 @@ void Play::draw_runs(const Box& area) {
         std::unique_ptr<Texture>& picture = run_pictures_[run.number];
         if (!picture) picture = std::make_unique<Texture>(window_.gl());
         picture->show(*run.images.back().shown, static_cast<long>(run.images.size()));
-        list.AddImage(picture->id(), ImVec2(left, top), ImVec2(left + side, top + side));
+        list.AddImage(texture_id(picture->id()), ImVec2(left, top), ImVec2(left + side, top + side));
         list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
         constexpr const char* modes[] = {"fluoro", "DSA", "roadmap"};
         sheet.text({left / unit, (top + side + u(3)) / unit},

@@ -189,9 +189,8 @@ void Teacher::draw_patient(const Lesson& lesson, const render::Box& area) {
         const GLuint picture =
             scene_->picture(*lesson.view, *anatomy, target_of(goal, *anatomy), goal.radius, columns, rows);
         ImGui::SetCursorPos(ImVec2(0, 0));
-        ImGui::Image(reinterpret_cast<void*>(static_cast<std::intptr_t>(picture)),
-                     ImVec2(static_cast<float>(columns), static_cast<float>(rows)), ImVec2(0, 1),
-                     ImVec2(1, 0));
+        ImGui::Image(texture_id(picture), ImVec2(static_cast<float>(columns), static_cast<float>(rows)),
+                     ImVec2(0, 1), ImVec2(1, 0));
         const ImGuiIO& io = ImGui::GetIO();
         if (ImGui::IsItemHovered()) {
             if (io.MouseWheel != 0) scene_->zoom(io.MouseWheel > 0 ? 0.85f : 1.18f);

@@ -1,6 +1,7 @@
 #pragma once
 /// The panel's colours and fonts for Dear ImGui, and the frame of a page.
 
+#include <cstdint>
 #include <imgui.h>
 #include <string>
 
@@ -14,6 +15,11 @@ inline ImU32 colour(render::Ink ink) {
 }
 inline ImVec4 tint(render::Ink ink) {
     return ImGui::ColorConvertU32ToFloat4(colour(ink));
+}
+
+/// A texture of OpenGL as Dear ImGui knows it: a pointer, from 1.91.4 on a number.
+inline ImTextureID texture_id(unsigned texture) {
+    return (ImTextureID) static_cast<std::uintptr_t>(texture);
 }
 
 /// A Dear ImGui window that the user cannot move and whose edge is invisible.

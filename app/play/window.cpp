@@ -74,10 +74,6 @@ Texture::~Texture() {
     if (texture_) gl_.DeleteTextures(1, &texture_);
 }
 
-void* Texture::id() const {
-    return reinterpret_cast<void*>(static_cast<std::intptr_t>(texture_));
-}
-
 void Texture::show(const render::GrayImage& image, long serial, bool shrinks) {
     if ((serial == serial_ && shrinks == shrinks_) || image.pixels.empty()) return;
     serial_ = serial;
@@ -377,11 +373,13 @@ void Window::begin_frame(float unit) {
     if (unit != unit_) make_faces(unit);
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
-    // Enter acts as Space does, on what the keys have reached.
+#if IMGUI_VERSION_NUM < 18700
+    // Enter acts as Space does, on what the keys have reached, as by itself in later versions.
     ImGuiIO& io = ImGui::GetIO();
     if (!io.WantTextInput &&
         (ImGui::IsKeyDown(io.KeyMap[ImGuiKey_Enter]) || ImGui::IsKeyDown(io.KeyMap[ImGuiKey_KeyPadEnter])))
         io.NavInputs[ImGuiNavInput_Activate] = 1;
+#endif
     ImGui::NewFrame();
 }
 

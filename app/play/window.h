@@ -31,7 +31,7 @@ public:
     bool empty() const { return width_ == 0; }
     int width() const { return width_; }
     int height() const { return height_; }
-    void* id() const;  // as ImGui knows it
+    GLuint id() const { return texture_; }
 
 private:
     const Gl& gl_;

@@ -189,8 +189,7 @@ private:
         BufferData(GL_ARRAY_BUFFER, bytes(list.VtxBuffer), list.VtxBuffer.Data, GL_STREAM_DRAW);
         BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes(list.IdxBuffer), list.IdxBuffer.Data, GL_STREAM_DRAW);
         for (const ImDrawCmd& command : list.CmdBuffer) {
-            const auto texture =
-                textures.find(static_cast<int>(reinterpret_cast<std::intptr_t>(command.TextureId)));
+            const auto texture = textures.find(static_cast<int>((std::intptr_t)command.GetTexID()));
             const int left = std::max(0, static_cast<int>(command.ClipRect.x)),
                       top = std::max(0, static_cast<int>(command.ClipRect.y)),
                       right = std::min(width, static_cast<int>(command.ClipRect.z)),
@@ -364,7 +363,7 @@ struct Sheet {
     }
 
     static ImTextureID texture_id(int texture) {
-        return reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture));
+        return (ImTextureID) static_cast<std::intptr_t>(texture);  // a pointer, later a number
     }
 };
 
