@@ -20,7 +20,7 @@ tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev
     python3-pytest python3-cloudpickle slurmctld slurmd slurm-client
 "
-tools="doxygen mkdocs debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
+tools="doxygen mkdocs mkdocs-material debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
 
 fail() {
     printf 'setup: %s\n' "$1" >&2

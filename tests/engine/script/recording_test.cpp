@@ -73,7 +73,7 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
 
 TEST(Recording, CommentsStandBetweenFramesAndAlsoAfterTheEnd) {
     const test::TemporaryFolder folder;
-    Recording recording(folder / "run.gw", {{"test 1", "small", "", 0, 0, 0}, 10});
+    Recording recording(folder / "run.gw", {{"test 1", "small", "", "", 0, 0, 0}, 10});
     for (int frame = 0; frame < 4; ++frame)
         recording.frame(frame, std::vector<Command>{Advance{1}}, [] { return 7ull; });
     recording.comment({2, "too fast # here"});
@@ -92,7 +92,7 @@ TEST(Recording, CommentsStandBetweenFramesAndAlsoAfterTheEnd) {
 
 TEST(Recording, WhatIsTakenBackTakesTheCommentsOnItAlong) {
     const test::TemporaryFolder folder;
-    Recording recording(folder / "run.gw", {{"test 1", "small", "", 0, 0, 0}, 10});
+    Recording recording(folder / "run.gw", {{"test 1", "small", "", "", 0, 0, 0}, 10});
     for (int frame = 0; frame < 6; ++frame) recording.frame(frame, {}, [] { return 7ull; });
     recording.comment({5, "gone"});
     recording.comment({1, "stays"});
@@ -143,7 +143,7 @@ TEST(Recording, ItsDateIsWrittenAndReadToTheSecond) {
           "2026-11-26T20:31:60Z", "+026-11-26T20:31:05Z", "2026-11-26T20:31:05Z0"})
         EXPECT_FALSE(parse_date(bad)) << bad;
     const test::TemporaryFolder folder;
-    RecordingHeader header{{.program = "test 1", .scenario = "small", .learner = "Ada"}, 10};
+    RecordingHeader header{{"test 1", "small", "Ada", "", 1, 2, 3}, 10};
     header.origin.date = at;
     Recording(folder / "run.gw", header).frame(0, {}, [] { return 7ull; });
     EXPECT_EQ(load_commands(folder / "run.gw").origin->date, at);

@@ -1,0 +1,15 @@
+#!/bin/sh
+# docs/pictures.sh: makes the pictures that are put together of others: the labelled room and the four pages of the room.
+# Needs chromium and cwebp (package webp). The pictures that it takes are photographs of the window of `seldinger play`,
+# 1280 x 800 pixels.
+set -eu
+cd "$(dirname "$0")/pictures"
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+picture() { # PAGE OUT
+    HOME=$scratch chromium --headless=new --no-sandbox --disable-gpu --hide-scrollbars --window-size=1280,800 \
+        --screenshot="$scratch/page.png" "file://$PWD/$1" >/dev/null 2>&1
+    cwebp -quiet -q 85 "$scratch/page.png" -o "$2"
+}
+picture room-labels.html room-labels.webp
+picture room-pages.html ../../assets/pictures/room-pages.webp
