@@ -143,11 +143,11 @@ void Handling::observe(const Frame& frame) {
     note(Mishap::StaleRoadmap, frame,
          moving && beam && console.mode() == script::ImagingMode::Roadmap && map_ < pulses_of_a_map);
 
-    const bool useful = moving || !beam || simulation.contrast().injecting() ||
-                        std::any_of(frame.commands.begin(), frame.commands.end(), [](const auto& command) {
-                            return !std::holds_alternative<script::Beam>(command) &&
-                                   !script::is_of_teacher(command);
-                        });
+    const bool useful =
+        moving || !beam || simulation.contrast().injecting() ||
+        std::any_of(frame.commands.begin(), frame.commands.end(), [](const auto& command) {
+            return !std::holds_alternative<script::Beam>(command) && !script::is_of_teacher(command);
+        });
     if (useful)
         idle_since_.reset();
     else if (!idle_since_)

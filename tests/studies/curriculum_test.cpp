@@ -47,7 +47,9 @@ TEST_P(Curriculum, TheSolutionIsWorthAllPoints) {
               std::vector<std::string>());
     const scenario::Benchmark& skilled = scenario.lesson.benchmark;
     EXPECT_EQ(skilled.given(), !scenario.lesson.guided());
-    if (skilled.given()) EXPECT_EQ(skilled.scenario, scenario.content) << "of another state of the exercise";
+    if (skilled.given()) {
+        EXPECT_EQ(skilled.scenario, scenario.content) << "of another state of the exercise";
+    }
 }
 
 /// Amounts off by up to 5 %: all too much, all too little, and line by line at random.
