@@ -21,9 +21,16 @@ share=$scratch/root/usr/share/seldinger
 
 # All assets are there, byte for byte; the pictures are the README's.
 diff -r --exclude=pictures "$source/assets" "$share" >&2 || fail "assets differ from those of the source"
-for document in README.md CHANGELOG.md LICENSE; do
+for document in README.md CHANGELOG.md copyright changelog.gz; do
     [ -f "$scratch/root/usr/share/doc/seldinger/$document" ] || fail "$document is missing"
 done
+
+for page in seldinger seldinger-study; do
+    gzip -dc "$scratch/root/usr/share/man/man1/$page.1.gz" | grep -q '^.SH SYNOPSIS' || fail "the manual page of $page is missing"
+done
+if command -v lintian >/dev/null 2>&1; then
+    lintian --fail-on error,warning made/*.deb >lintian.txt 2>&1 || { cat lintian.txt >&2; fail "lintian finds faults"; }
+fi
 
 version=$("$bin/seldinger" --version)
 [ "seldinger $(dpkg-deb -f made/*.deb Version)" = "$version" ] || fail "'$version' is not the package's version"
