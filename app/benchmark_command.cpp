@@ -1,9 +1,11 @@
 /// `seldinger benchmark`: what skilled attempts come to, as the measure of all others.
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "app/command.h"
 #include "app/played_attempt.h"
@@ -71,6 +73,15 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
     return all;
 }
 
+/// Whether a teacher changed what the learner saw or met: to open the teacher's window alone changes nothing.
+bool teacher_interfered(const script::CommandScript& recording) {
+    return std::ranges::any_of(recording.commands, [](const script::TimedCommand& timed) {
+        const auto* act = std::get_if<script::TeacherAct>(&timed.command);
+        return (act && act->thing != script::TeacherAct::Thing::Window) ||
+               std::holds_alternative<script::Complicate>(timed.command);
+    });
+}
+
 std::optional<std::vector<Attempts>> read_recordings(const BenchmarkArguments& arguments) {
     std::vector<Attempts> all;
     const std::vector<std::filesystem::path> files = script::recordings_of(arguments.folder);
@@ -86,6 +97,10 @@ std::optional<std::vector<Attempts>> read_recordings(const BenchmarkArguments& a
         if (recording.origin && !recording.origin->patient.empty()) {
             tell("note: {}: of patient {}; benchmarks are of the first\n", files[k].string(),
                  recording.origin->patient);
+            continue;
+        }
+        if (teacher_interfered(recording)) {
+            tell("note: {}: a teacher helped or hindered; it is in no benchmark\n", files[k].string());
             continue;
         }
         const scenario::Scenario scenario = scenario_of(recording, {{}, arguments.folders});

@@ -17,9 +17,14 @@ protected:
 TEST_F(BenchmarkCommand, OfATeachersOwnRecordingsGradesAllOthersFromThenOn) {
     succeeded(folder, s_bend_run(folder / "skilled/1", {"--frames", "none"}));
     succeeded(folder, s_bend_run(folder / "skilled/2", {"--frames", "none"}));
+    // A third one, which a teacher helped, is left out with a word.
+    write(folder / "helped.gw", "0 teacher target on\n" + read(test::asset("scripts/s_bend.gw")));
+    succeeded(folder, {"run", "s_bend", "--commands", folder / "helped.gw", "--frames", "none", "--out",
+                       folder / "skilled/3"});
     const auto made = succeeded(folder, {"benchmark", folder / "skilled", "--by", "Dr Ada, two attempts",
                                          "--out", folder / "b.toml"});
     expect_said(made.out, "s_bend: 2 attempts");
+    expect_said(made.error, "a teacher helped or hindered");
     expect_said(read(folder / "b.toml"), "Dr Ada, two attempts");
     // Without --out it goes to the user's data, and is used from then on.
     expect_said(succeeded(folder, {"score", folder / "skilled/1/run.gw"}).out, "a program");
