@@ -71,7 +71,7 @@ void destroy_context(void* context) {
     eglDestroyContext(the_display(), context);
 }
 
-bool take(void* context, unsigned*) {
+bool take(void* context) {
     return eglBindAPI(EGL_OPENGL_API) &&
            eglMakeCurrent(the_display(), EGL_NO_SURFACE, EGL_NO_SURFACE, context);
 }

@@ -16,6 +16,17 @@ namespace render::gl_source {
 const char* const name = "OSMesa";
 const char* const package = "libosmesa6";
 
+namespace {
+
+constexpr int side = 16;  // of the colour buffer that OSMesa asks for, and that nothing is drawn to [pixels]
+
+struct Context {
+    OSMesaContext context;
+    unsigned buffer[side * side];
+};
+
+}  // namespace
+
 void* make_context(int major, int minor) {
     const int attributes[] = {OSMESA_FORMAT,
                               OSMESA_RGBA,
@@ -28,16 +39,18 @@ void* make_context(int major, int minor) {
                               OSMESA_CONTEXT_MINOR_VERSION,
                               minor,
                               0};
-    return OSMesaCreateContextAttribs(attributes, nullptr);
+    const OSMesaContext made = OSMesaCreateContextAttribs(attributes, nullptr);
+    return made ? new Context{made, {}} : nullptr;
 }
 
 void destroy_context(void* context) {
-    OSMesaDestroyContext(static_cast<OSMesaContext>(context));
+    OSMesaDestroyContext(static_cast<Context*>(context)->context);
+    delete static_cast<Context*>(context);
 }
 
-bool take(void* context, unsigned* buffer) {
-    return OSMesaMakeCurrent(static_cast<OSMesaContext>(context), buffer, GL_UNSIGNED_BYTE, buffer_side,
-                             buffer_side) == GL_TRUE;
+bool take(void* context) {
+    auto& taken = *static_cast<Context*>(context);
+    return OSMesaMakeCurrent(taken.context, taken.buffer, GL_UNSIGNED_BYTE, side, side) == GL_TRUE;
 }
 
 void leave() {

@@ -1,10 +1,9 @@
 #pragma once
 /// Where OpenGL without a window comes from: OSMesa or EGL, chosen when the build is configured
-/// (SELDINGER_GL). Both are Mesa's software rasteriser and draw the same pixels. For offscreen.cpp only.
+/// (SELDINGER_GL). Both are Mesa's software rasteriser: of one version of Mesa they
+/// draw the same pixels. For offscreen.cpp only.
 
 namespace render::gl_source {
-
-inline constexpr int buffer_side = 16;  // of the colour buffer that OSMesa asks for [pixels]
 
 /// "OSMesa" or "EGL", and the package that brings it, for messages.
 extern const char* const name;
@@ -14,7 +13,7 @@ extern const char* const package;
 void* make_context(int major, int minor);
 void destroy_context(void*);
 /// Makes it the calling thread's; drawing goes to framebuffer objects. False on failure.
-bool take(void* context, unsigned* buffer);
+bool take(void* context);
 /// The calling thread has no context afterwards.
 void leave();
 

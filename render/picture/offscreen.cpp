@@ -10,7 +10,6 @@ namespace render {
 
 struct OffscreenContext::State {
     void* context = nullptr;
-    unsigned buffer[gl_source::buffer_side * gl_source::buffer_side] = {};
 };
 
 namespace {
@@ -40,8 +39,7 @@ OffscreenContext::OffscreenContext() : state_(nullptr) {
                                  " gives no OpenGL 3.3 core context in software: are these installed and "
                                  "whole: " +
                                  gl_source::package + "?");
-    state_ = new State;
-    state_->context = context;
+    state_ = new State{context};
 }
 
 OffscreenContext::~OffscreenContext() {
@@ -50,9 +48,9 @@ OffscreenContext::~OffscreenContext() {
     delete state_;
 }
 
-OffscreenContext::Use::Use(State& state) {
+OffscreenContext::Use::Use(const State& state) {
     refuse_if_forked();
-    if (!gl_source::take(state.context, state.buffer))
+    if (!gl_source::take(state.context))
         throw std::runtime_error(std::string(gl_source::name) + " could not make its context current");
 }
 

@@ -26,7 +26,7 @@ public:
 
     private:
         friend class OffscreenContext;
-        explicit Use(State&);
+        explicit Use(const State&);
     };
     /// To be held while GL is called, by one thread at a time; a thread holds one. Throws std::runtime_error
     /// on failure.
