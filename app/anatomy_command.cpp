@@ -206,7 +206,7 @@ int AnatomyCommand::import() {
             request.name = name;
         } else {
             throw io::InputError(
-                "--name: '{}' and '{}' were given for the files; one is accepted, and END=X,Y,Z for each end",
+                "--name: '{}' and '{}' were given for the files; expected one, and END=X,Y,Z for each end",
                 request.name, name);
         }
     }
@@ -263,7 +263,7 @@ void AnatomyCommand::add_voxelise() {
 int AnatomyCommand::voxelise() const {
     const scenario::Scenario scenario = scenario_named(scenario_);
     if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
-        throw io::InputError(scenario_.named + ": a scenario with the procedural patient is accepted");
+        throw io::InputError(scenario_.named + ": expected a scenario with the procedural patient");
     patient::check_ct_name(ct_);
     require_no_input({{"--out", ct_}}, scenario, {});
     io::require_writable(ct_);
@@ -286,7 +286,7 @@ int AnatomyCommand::voxelise() const {
     const render::VolumeGrid grid = patient::grid_around(low, high, voxel_);
     if (static_cast<double>(grid.count()) > patient::most_samples)
         throw io::InputError(
-            "{:.0f} million voxels of {:g} mm would be needed; up to {:.0f} million are accepted: a wider "
+            "{:.0f} million voxels of {:g} mm would be needed; expected at most {:.0f} million: a wider "
             "--voxel or a smaller --margin",
             1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples);
     patient::write_ct(ct_, patient::voxelised(layers, grid, cache.progress));

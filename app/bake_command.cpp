@@ -40,8 +40,7 @@ SeedRange seeds_of(const std::string& text) {
             return range;
     }
     throw io::InputError(
-        "--seeds: '{}' was given; FIRST:END, as 0:100 for 0 to 99, is accepted, up to {} of them", text,
-        most);
+        "--seeds: '{}' was given; expected FIRST:END, as 0:100 for 0 to 99, up to {} of them", text, most);
 }
 
 int bake(const BakeArguments& arguments) {
@@ -51,7 +50,7 @@ int bake(const BakeArguments& arguments) {
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     if (cache.folder.empty())
-        throw io::InputError("there is no folder to keep anatomies in; --cache FOLDER is accepted");
+        throw io::InputError("there is no folder to keep anatomies in; expected --cache FOLDER");
     std::uint64_t kept = 0, failed = 0, lost = 0;
     {
         ProgressBar bar;

@@ -69,7 +69,7 @@ Command add_cache(CLI::App& parser) {
                 const std::filesystem::path folder = usual_cache(arguments->folder);
                 std::error_code ignored;
                 if (!std::filesystem::is_directory(folder, ignored))
-                    throw io::InputError("{}: there is no such cache; --cache FOLDER is accepted",
+                    throw io::InputError("{}: there is no such cache; expected --cache FOLDER",
                                          folder.string());
                 return *list ? list_cache(folder) : clear_cache(folder, arguments->keep_MB.value_or(0));
             }};

@@ -64,7 +64,7 @@ int guarded(const std::function<int()>& action) {
             throw std::system_error(errno, std::generic_category(), "standard output");
         return code;
     } catch (const std::bad_alloc&) {
-        wrong = "there is not enough memory for this; a smaller mesh, image or scenario is accepted";
+        wrong = "there is not enough memory for this; expected a smaller mesh, image or scenario";
     } catch (const std::filesystem::filesystem_error& error) {
         wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
     } catch (const std::system_error& error) {
@@ -96,7 +96,7 @@ void require_plain_numbers(const CLI::App& parser) {
         for (const std::string& word : option->results())
             if (!plain(word))
                 throw io::InputError(
-                    "{}: '{}' was found; {} is accepted", option->get_name(), word,
+                    "{}: '{}' was found; expected {}", option->get_name(), word,
                     whole ? "a whole number in decimal digits, without leading zeros" : "a finite number");
     }
     for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
@@ -153,7 +153,7 @@ const char* const program = "seldinger " SELDINGER_VERSION;
 script::Origin origin(const std::string& learner) {
     if (!learner.empty() && !script::is_learner(learner))
         throw io::InputError(
-            "--learner: a name in UTF-8 of at most {} bytes without control characters is accepted",
+            "--learner: expected a name in UTF-8 of at most {} bytes without control characters",
             script::longest_learner);
     const std::string self = io::read_text("/proc/self/exe", "program", "the program itself is read");
     geometry::Hash hash;
@@ -174,7 +174,7 @@ std::filesystem::path user_folder(const char* variable, const char* under_home) 
 
 void require_picture(const std::filesystem::path& out) {
     if (out.extension() != ".png")
-        throw io::InputError("--out {}: a file name that ends in .png is accepted", out.string());
+        throw io::InputError("--out {}: expected a file name that ends in .png", out.string());
     io::require_writable(out);
 }
 
@@ -294,7 +294,7 @@ std::vector<scenario::Override> overrides_of(const std::vector<std::string>& wor
     for (const std::string& word : words) {
         const std::size_t equals = word.find('=');
         if (equals == 0 || equals == std::string::npos)
-            throw io::InputError("--set {}: KEY=VALUE is accepted", word);
+            throw io::InputError("--set {}: expected KEY=VALUE", word);
         overrides.push_back({word.substr(0, equals), word.substr(equals + 1)});
     }
     return overrides;
@@ -309,9 +309,9 @@ std::filesystem::path assets() {
     const std::filesystem::path folder =
         named ? std::filesystem::path(named) : program_folder().parent_path() / "share" / "seldinger";
     if (!std::filesystem::is_directory(folder / "scenarios"))
-        throw io::InputError(
-            "{}: no folder of assets was found{}; one with scenarios/ and scripts/ is accepted",
-            folder.string(), named ? " (named by SELDINGER_ASSETS)" : ", where the program looks for them");
+        throw io::InputError("{}: no folder of assets was found{}; expected one with scenarios/ and scripts/",
+                             folder.string(),
+                             named ? " (named by SELDINGER_ASSETS)" : ", where the program looks for them");
     return folder;
 }
 

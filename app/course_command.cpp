@@ -42,11 +42,10 @@ debrief::CoursePlan plan_of(const CourseArguments& arguments, const scenario::Ex
     const fs::path file = arguments.plan.empty() ? in_folder : fs::path(arguments.plan);
     const debrief::FindScenario find = [&folders](const std::string& name) {
         if (!scenario::is_exercise_name(name))
-            throw io::InputError("'{}' is no exercise's name: letters, digits, '-' and '_' are accepted",
-                                 name);
+            throw io::InputError("'{}' is no exercise's name: expected letters, digits, '-' and '_'", name);
         return load_exercise(folders.find(name).file);
     };
-    return debrief::parse_plan(io::read_text(file, "course", "a file named course.toml is accepted"),
+    return debrief::parse_plan(io::read_text(file, "course", "expected a file named course.toml"),
                                file.string(), find, usual);
 }
 
@@ -123,7 +122,7 @@ int course(const CourseArguments& arguments) {
     const fs::path out = arguments.out.empty() ? folder : fs::path(arguments.out);
     std::error_code none;
     if (!fs::is_directory(folder, none))
-        throw io::InputError("{}: no such folder; one with recordings (.gw) is accepted", folder.string());
+        throw io::InputError("{}: no such folder; expected one with recordings (.gw)", folder.string());
     if (arguments.no_pictures && !arguments.debrief)
         throw io::InputError("--no-pictures is of debriefings: --debrief asks for them");
     const std::vector<fs::path> files = script::recordings_of(folder);

@@ -42,7 +42,7 @@ Page one_page(const DebriefArguments& arguments) {
         if (recording.origin && !recording.origin->scenario.empty() &&
             recording.origin->scenario != page.scenario.name && !arguments.force)
             throw io::InputError(
-                "{}: it is a recording of '{}'; recordings of one exercise, '{}', are accepted on one page",
+                "{}: it is a recording of '{}'; expected recordings of one exercise, '{}', on one page",
                 recording.file, recording.origin->scenario, page.scenario.name);
     return page;
 }

@@ -24,7 +24,7 @@ int make(const NewArguments& arguments) {
     const scenario::ExerciseFolders folders = exercise_folders(arguments.exercises);
     for (const scenario::ExerciseFiles& one : folders.all())
         if (one.name == arguments.name)
-            throw io::InputError("'{}' is there already, {}; another name is accepted", one.name,
+            throw io::InputError("'{}' is there already, {}; expected another name", one.name,
                                  one.file.string());
     const std::filesystem::path folder =
         arguments.folder.empty() ? folders.users() : std::filesystem::path(arguments.folder);
@@ -40,7 +40,7 @@ int make(const NewArguments& arguments) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (!io::make_new(file))
-        throw io::InputError("{}: it is there already; another name is accepted", file.string());
+        throw io::InputError("{}: it is there already; expected another name", file.string());
     io::write_whole(file, text);
     print("{}: 'seldinger check {}' looks it over\n", file.string(),
           arguments.folder.empty() ? arguments.name : file.string());

@@ -43,7 +43,7 @@ std::pair<int, int> size_of(const std::string& option, const std::string& words)
         if (width && height && *width >= 320 && *width <= 8192 && *height >= 240 && *height <= 8192)
             return {*width, *height};
     }
-    throw io::InputError("{} {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", option, words);
+    throw io::InputError("{} {}: expected WIDTHxHEIGHT from 320x240 to 8192x8192", option, words);
 }
 
 /// A solution that cannot be read is told, and the exercise has none.
@@ -91,8 +91,7 @@ std::filesystem::path debriefing_of(const std::filesystem::path& recording,
     }
     const std::filesystem::path page = std::filesystem::path(recording).replace_extension(".html");
     if (std::filesystem::exists(page, ignored) &&
-        io::read_text(page, "page", "a debriefing is accepted").find("<title>Debriefing") ==
-            std::string::npos)
+        io::read_text(page, "page", "expected a debriefing").find("<title>Debriefing") == std::string::npos)
         throw io::InputError("{}: expected nothing or an earlier debriefing there, found another file",
                              page.string());
     io::write_whole(page, debrief::page(stories, nullptr));
@@ -123,15 +122,15 @@ std::filesystem::path file_of(const script::CommandScript& recording, const Scen
     const std::string recorded = recording.origin ? recording.origin->scenario : "";
     if (choice.named.empty() && recorded.empty())
         throw io::InputError(
-            "--replay {}: it does not say which scenario it is of; 'seldinger play SCENARIO --replay FILE' "
-            "is accepted",
+            "--replay {}: it does not say which scenario it is of; expected 'seldinger play SCENARIO "
+            "--replay FILE'",
             recording.file);
     if (choice.named.empty())
         return exercise_folders(choice.exercises).of_recording(recording, catalogue()).file;
     const scenario::ExerciseFiles named = exercise_named(choice);
     if (!recorded.empty() && recorded != named.name)
-        throw io::InputError("--replay {}: it is a recording of '{}'; one of '{}' is accepted",
-                             recording.file, recorded, named.name);
+        throw io::InputError("--replay {}: it is a recording of '{}'; expected one of '{}'", recording.file,
+                             recorded, named.name);
     return named.file;
 }
 

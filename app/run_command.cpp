@@ -48,7 +48,7 @@ int run_scenario(const RunArguments& arguments) {
     }
     const bool solves = arguments.commands == "solution";
     if (solves && files.solution.empty())
-        throw io::InputError("--commands solution: '{0}' has none; {0}.gw beside {1} is accepted", files.name,
+        throw io::InputError("--commands solution: '{0}' has none; expected {0}.gw beside {1}", files.name,
                              files.file.string());
     const script::CommandScript script =
         typed ? script::parse_commands(*typed, "standard input")
@@ -58,7 +58,7 @@ int run_scenario(const RunArguments& arguments) {
     options.images = arguments.frames != "none";
     if (!options.images &&
         (arguments.panel || arguments.truth || !arguments.truth_of.empty() || !arguments.dicom.empty()))
-        throw io::InputError("--frames none: {} needs images; 'all' is accepted with it",
+        throw io::InputError("--frames none: {} needs images; expected --frames all",
                              arguments.panel              ? "--panel"
                              : arguments.truth            ? "--truth"
                              : arguments.truth_of.empty() ? "--dicom"

@@ -68,7 +68,7 @@ public:
         if (word == "keep") return keep();
         if (word == "image") return image(line, rest);
         if (word == "save") {
-            if (rest.empty()) throw io::InputError("'{}': the name of a file is accepted after it", word);
+            if (rest.empty()) throw io::InputError("'{}': expected the name of a file after it", word);
             episode_.save(rest, origin());
             return fmt::format("{{\"saved\":{}}}", episode::quoted(rest));
         }
@@ -80,7 +80,7 @@ private:
     std::size_t number_of(const std::string& line, const std::string& rest) const {
         const std::optional<int> number = io::parse_integer(rest);
         if (!number || *number < 0 || *number >= static_cast<int>(kept_.size()))
-            throw io::InputError("'{}': the number of a state that was kept, below {}, is accepted", line,
+            throw io::InputError("'{}': expected the number of a state that was kept, below {}", line,
                                  kept_.size());
         return static_cast<std::size_t>(*number);
     }
@@ -97,7 +97,7 @@ private:
         const std::size_t space = rest.find(' ');
         const std::optional<int> pixels = io::parse_integer(rest.substr(0, space));
         if (!pixels || space == std::string::npos)
-            throw io::InputError("'{}': 'image PIXELS FILE.png' is accepted", line);
+            throw io::InputError("'{}': expected 'image PIXELS FILE.png'", line);
         const std::string file = rest.substr(space + 1);
         episode_.require_no_input("image", file);
         run::write_picture(file, episode_.image(*pixels, episode::ImageMode::Live));

@@ -39,7 +39,7 @@ int study(const StudyArguments& arguments) {
     if (id.empty()) return list_studies();
     const bool all = id == "all", merge = id == "merge";
     const studies::Study* chosen = all || merge ? nullptr : &studies::find_study(id);
-    if (arguments.out.empty()) throw io::InputError("study {}: --out is missing; a folder is accepted", id);
+    if (arguments.out.empty()) throw io::InputError("study {}: --out is missing; expected a folder", id);
     if (!merge && !arguments.folders.empty())
         throw io::InputError("study {}: '{}' was found; folders go with 'study merge'", id,
                              arguments.folders.front().string());

@@ -48,7 +48,7 @@ std::string text_of(double value) {
 /// A motion as a script would accept it.
 double checked(double value, double most, const char* what, const char* unit) {
     if (!(std::abs(value) <= most))
-        throw io::InputError("{0}: {1} {2} was given; -{3} to {3} is accepted", what, text_of(value), unit,
+        throw io::InputError("{0}: {1} {2} was given; expected -{3} to {3}", what, text_of(value), unit,
                              text_of(most));
     return value;
 }
@@ -194,7 +194,7 @@ script::Held held_of(const py::object& device, const exercise::Simulation& simul
 episode::ImageMode mode_of(const std::string& mode) {
     for (std::size_t k = 0; k < episode::image_modes.size(); ++k)
         if (episode::image_modes[k] == mode) return static_cast<episode::ImageMode>(k);
-    throw io::InputError("mode: '" + mode + "' was given; 'live', 'dsa' or 'screen' is accepted");
+    throw io::InputError("mode: '" + mode + "' was given; expected 'live', 'dsa' or 'screen'");
 }
 
 /// Three coordinates [mm] of what a caller gave; empty where it is not that.
@@ -213,9 +213,8 @@ std::optional<Vec3> place_of(const py::object& given) {
 /// A place [mm], in the words of the argument `what`.
 Vec3 checked_place(const py::object& given, const char* what) {
     if (const std::optional<Vec3> place = place_of(given)) return *place;
-    throw io::InputError(
-        "{}: {} was given; three finite coordinates in mm, up to 10000 in size, are accepted", what,
-        std::string(py::repr(given)));
+    throw io::InputError("{}: {} was given; expected three finite coordinates in mm, up to 10000 in size",
+                         what, std::string(py::repr(given)));
 }
 
 /// What a caller asked for in place of a target: the name of one or a place, a radius, or both.
@@ -227,12 +226,12 @@ struct Aim {
             centre = place_of(target);
             if (!centre)
                 throw io::InputError(
-                    "target: {} was given; the name of a target, or three finite coordinates in mm, up to "
-                    "10000 in size, is accepted",
+                    "target: {} was given; expected the name of a target, or three finite coordinates in mm, "
+                    "up to 10000 in size",
                     std::string(py::repr(target)));
         }
         if (radius && !(*radius >= 0.1 && *radius <= 100))
-            throw io::InputError("radius_mm: " + text_of(*radius) + " was given; 0.1 to 100 is accepted");
+            throw io::InputError("radius_mm: " + text_of(*radius) + " was given; expected 0.1 to 100");
     }
     scenario::Target of(const scenario::Scenario& scenario) const {
         scenario::Target target = scenario.target;
@@ -257,7 +256,7 @@ class PanelOfSize {
 public:
     render::Panel& of(int width, int height) {
         if (width < 640 || width > 4096 || height < 512 || height > 4096)
-            throw io::InputError("panel: {} x {} pixels were asked for; 640 x 512 to 4096 x 4096 is accepted",
+            throw io::InputError("panel: {} x {} pixels were asked for; expected 640 x 512 to 4096 x 4096",
                                  width, height);
         if (!panel_ || width != width_ || height != height_) {
             render::PanelSpec spec;
@@ -381,7 +380,7 @@ public:
     static std::unique_ptr<Episode> beside(const Episode& episode) {
         if (episode.exercise().monitor())
             throw io::InputError(
-                "a simulation with images=True cannot be shared; one with False or 'dose' is accepted");
+                "a simulation with images=True cannot be shared; expected one with False or 'dose'");
         return std::make_unique<Episode>(episode);
     }
 
@@ -408,8 +407,8 @@ protected:
     }
     [[noreturn]] void throw_closed() const {
         require_made();
-        throw io::InputError(n_ == 1 ? "the simulation is closed; one that is open is accepted"
-                                     : "the simulations are closed; open ones are accepted");
+        throw io::InputError(n_ == 1 ? "the simulation is closed; expected one that is open"
+                                     : "the simulations are closed; expected open ones");
     }
     /// Locks this for work with Python's objects. A call in another thread is waited for with the interpreter
     /// free, so that neither waits for the other; what is held is never held on the way back to it.
@@ -435,7 +434,7 @@ protected:
     static std::string program() { return "seldinger " SELDINGER_VERSION; }
     static void require_frames(int frames) {
         if (frames < 1 || frames > script::largest_frame)
-            throw io::InputError("frames: {} was given; 1 to {} is accepted", frames, script::largest_frame);
+            throw io::InputError("frames: {} was given; expected 1 to {}", frames, script::largest_frame);
     }
 
     int n_ = 0;                                       // 0 = not made yet
@@ -461,7 +460,7 @@ public:
         else if (images == "all")
             pictures = exercise::Pictures::All;
         else
-            throw io::InputError("images: '" + images + "' was given; False, 'dose' or True is accepted");
+            throw io::InputError("images: '" + images + "' was given; expected False, 'dose' or True");
         anatomy::ModelCache cache;
         cache.folder = cache_folder;
         cache.progress = [](double, const char*) {
@@ -539,7 +538,7 @@ public:
     }
     Doubles project(const Doubles& places, const std::optional<int>& pixels) {
         if (places.ndim() != 2 || places.shape(1) != 3)
-            throw io::InputError("places_mm: an array of shape (n, 3) is accepted");
+            throw io::InputError("places_mm: expected an array of shape (n, 3)");
         const render::CArm arm = arm_of(pixels);
         Doubles a({places.shape(0), py::ssize_t{2}});
         for (py::ssize_t i = 0; i < places.shape(0); ++i) {
@@ -648,7 +647,7 @@ public:
         checked_count("threads", threads, 256);
         checked_count("points", points, 1000);
         if (!(spacing > 0 && spacing <= 100))
-            throw io::InputError("spacing_mm: {} was given; above 0 to 100 is accepted", text_of(spacing));
+            throw io::InputError("spacing_mm: {} was given; expected above 0 to 100", text_of(spacing));
         std::vector<std::unique_ptr<Episode>> episodes;
         while (static_cast<int>(episodes.size()) < n) {
             like.with(0, [&](Episode& episode) {
@@ -758,7 +757,7 @@ public:
     void aim(int i, const py::object& target, const std::optional<double>& radius) {
         if (target.is_none())
             throw io::InputError(
-                "target: None was given; the name of a target, or three coordinates in mm, is accepted");
+                "target: None was given; expected the name of a target, or three coordinates in mm");
         Episodes::aim(i, target, radius);
     }
     py::array_t<std::uint64_t> hashes() {
@@ -778,7 +777,7 @@ public:
         require_open();
         require_pixels(pixels);
         if (seeds && static_cast<int>(seeds->size()) != size())
-            throw io::InputError("seeds: one for each simulation is accepted");
+            throw io::InputError("seeds: expected one for each simulation");
         const episode::ImageMode as = mode_of(mode);
         py::array_t<std::uint8_t> a({size(), pixels, pixels});
         std::uint8_t* const to = a.mutable_data();
@@ -857,17 +856,17 @@ private:
     static constexpr int many = 1000, few = 8;
 
     static void require_pixels(int pixels) {
-        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: expected 32 to 2048");
     }
     static void checked_count(const char* what, int value, int most) {
         if (value < 1 || value > most)
-            throw io::InputError("{}: {} was given; 1 to {} is accepted", what, value, most);
+            throw io::InputError("{}: {} was given; expected 1 to {}", what, value, most);
     }
     std::optional<Flags> checked_mask(const py::object& given, const char* what) const {
         if (given.is_none()) return {};
         const py::array any = py::array::ensure(given);
         if (any && any.dtype().kind() == 'b' && any.ndim() == 1 && any.shape(0) == size()) return Flags(any);
-        throw io::InputError("{}: {} was given; a mask, an array of {} truth values, is accepted", what,
+        throw io::InputError("{}: {} was given; expected a mask, an array of {} truth values", what,
                              std::string(py::repr(given)), size());
     }
     episode::Camera& camera_of(Episode& episode, int thread) {
@@ -970,7 +969,7 @@ void write_png(const std::filesystem::path& path, const py::object& given) {
                              (any ? "an array of " + std::string(py::str(any.dtype())) + " and shape " +
                                         std::string(py::str(any.attr("shape")))
                                   : std::string(py::repr(py::type::of(given)))) +
-                             " was given; one of uint8 or bool of shape (H, W) or (H, W, 3) is accepted");
+                             " was given; expected one of uint8 or bool of shape (H, W) or (H, W, 3)");
     const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast> image(any);
     const auto height = static_cast<int>(image.shape(0)), width = static_cast<int>(image.shape(1));
     std::vector<std::uint8_t> pixels(image.data(), image.data() + image.size());

@@ -5,7 +5,7 @@ namespace app::docs {
 
 inline constexpr const char* input_error =
     "An input that the engine rejects. The text is the engine's: one problem a line, where it is, what was "
-    "found,\nwhat is accepted. A subclass of ValueError.";
+    "found,\nwhat was expected. A subclass of ValueError.";
 
 inline constexpr const char* state =
     "The state after a frame. Places are in the patient's coordinates in mm (x to the patient's left, y to "

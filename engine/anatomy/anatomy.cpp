@@ -43,7 +43,7 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
     if (edges.non_manifold_edges > 0) {
         found.push_back(
             fmt::format("the lumen has {} edges shared by three triangles or by two that disagree about "
-                        "outside; a surface without them is accepted",
+                        "outside; expected a surface without them",
                         edges.non_manifold_edges));
     }
     if (edges.loops.empty()) {
@@ -69,32 +69,32 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
     for (std::size_t i = 0; i < edges.loops.size(); ++i) {
         if (declared[i]) continue;
         found.push_back(
-            fmt::format("the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed "
-                        "except at its ends is accepted",
+            fmt::format("the mesh is open at {} ({} edges), where no end is declared; expected a mesh that "
+                        "is closed except at its ends",
                         io::place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
     }
     if (edges.non_manifold_edges == 0 &&
         geometry::signed_volume(geometry::capped(anatomy.lumen, edges.loops)) <= 0) {
-        found.push_back("the normals of the lumen point inward; outward is accepted: reverse the triangles");
+        found.push_back("the normals of the lumen point inward; expected outward: reverse the triangles");
     }
 }
 
 void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
     const int count = static_cast<int>(anatomy.branches.size());
-    if (count == 0) found.push_back("there is no centreline; one branch at least is accepted");
+    if (count == 0) found.push_back("there is no centreline; expected one branch at least");
     for (int b = 0; b < count; ++b) {
         const CentrelineBranch& branch = anatomy.branches[b];
         if (branch.points.size() < 2 || branch.points.size() != branch.radii.size()) {
             found.push_back(
-                fmt::format("branch '{}' has {} points and {} radii; two or more of each are accepted",
+                fmt::format("branch '{}' has {} points and {} radii; expected two or more of each",
                             branch.name, branch.points.size(), branch.radii.size()));
             continue;
         }
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
             if (branch.points[i].allFinite() && std::isfinite(branch.radii[i]) && branch.radii[i] > 0)
                 continue;
-            found.push_back(fmt::format(
-                "branch '{}', point {}: finite numbers and a radius above 0 are accepted", branch.name, i));
+            found.push_back(fmt::format("branch '{}', point {}: expected finite numbers and a radius above 0",
+                                        branch.name, i));
             break;
         }
         if (branch.parent == -1) continue;
@@ -130,9 +130,9 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         const Eigen::AlignedBox3d near(box.min() - margin, box.max() + margin);
         if (near.contains(place) && radius <= widest) return false;
         found.push_back(
-            fmt::format("{} is at ({:.6g}, {:.6g}, {:.6g}) with a radius of {:.6g} mm; the mesh "
-                        "reaches from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}); places "
-                        "within it and radii of up to {:.6g} mm are accepted",
+            fmt::format("{} is at ({:.6g}, {:.6g}, {:.6g}) with a radius of {:.6g} mm; the mesh reaches from "
+                        "({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}); expected places within it and "
+                        "radii of up to {:.6g} mm",
                         what, place.x(), place.y(), place.z(), radius, box.min().x(), box.min().y(),
                         box.min().z(), box.max().x(), box.max().y(), box.max().z(), widest));
         return true;
@@ -155,8 +155,8 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
                              (branch.points.back() - opening.centre).norm() < 2 * opening.radius;
             if (own || depth_in(branch, opening.centre) < opening.radius) continue;
             found.push_back(
-                fmt::format("end '{}' at {} lies inside branch '{}': no vessel can go on past it; "
-                            "an end outside all other branches is accepted",
+                fmt::format("end '{}' at {} lies inside branch '{}': no vessel can go on past it; expected "
+                            "an end outside all other branches",
                             opening.name, io::place_text(opening.centre), branch.name));
         }
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
@@ -164,10 +164,9 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         const VesselPlace place = place_behind(anatomy, opening, 2 * opening.radius);
         const Vec3& within = anatomy.branches[place.branch].points[place.sample];
         if ((within - opening.centre).dot(opening.outward_normal) > 0) {
-            found.push_back(
-                fmt::format("end '{}': its normal points into branch '{}'; one that points out of "
-                            "the lumen is accepted",
-                            opening.name, anatomy.branches[place.branch].name));
+            found.push_back(fmt::format(
+                "end '{}': its normal points into branch '{}'; expected one that points out of the lumen",
+                opening.name, anatomy.branches[place.branch].name));
         }
     }
 }
@@ -202,7 +201,7 @@ void check_radii(const Anatomy& anatomy, std::vector<std::string>& found) {
         const std::size_t at = middle->sample;
         found.push_back(fmt::format(
             "branch '{}', sample {} at {}: a radius of {:.4g} mm, where the wall of the mesh is {:.4g} mm "
-            "away, and so in half of the branch; radii of {:g} to {:g} times the distance are accepted",
+            "away, and so in half of the branch; expected radii of {:g} to {:g} times the distance",
             branch.name, at, io::place_text(branch.points[at]), branch.radii[at],
             wall.distance(branch.points[at]), least, most));
     }
@@ -343,7 +342,7 @@ std::vector<std::string> problems(const Anatomy& anatomy) {
         if (!opening.centre.allFinite() || !(opening.radius > 0) ||
             !(std::abs(opening.outward_normal.norm() - 1) < 1e-3)) {
             found.push_back(fmt::format(
-                "end '{}': a finite centre, a unit normal and a radius above 0 are accepted", opening.name));
+                "end '{}': expected a finite centre, a unit normal and a radius above 0", opening.name));
         }
     }
     check_branches(anatomy, found);
@@ -354,8 +353,8 @@ std::vector<std::string> problems(const Anatomy& anatomy) {
     for (const Vec3& v : anatomy.lumen.vertices)
         if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate)) {
             found.push_back(
-                fmt::format("a corner at ({:g}, {:g}, {:g}) mm; coordinates up to {:g} mm are accepted",
-                            v.x(), v.y(), v.z(), largest_coordinate));
+                fmt::format("a corner at ({:g}, {:g}, {:g}) mm; expected coordinates up to {:g} mm", v.x(),
+                            v.y(), v.z(), largest_coordinate));
             break;
         }
     if (found.empty()) check_mesh(anatomy, found);

@@ -166,7 +166,7 @@ std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery&
     }
     return {{"radius of an end over that of the vessel behind it",
              narrow.empty() ? fmt::format("{:.2f} at least", least) : io::joined(narrow),
-             fmt::format("{} or more; a vessel cut across is accepted", least_end_width),
+             fmt::format("{} or more; expected a vessel cut across", least_end_width),
              warned_unless(narrow.empty())},
             {"angle between an end and its vessel",
              askew.empty() ? fmt::format("{:.0f}° at most", most) : io::joined(askew),
@@ -193,7 +193,7 @@ std::string text_of(const Check& check) {
     const char* verdict = check.verdict == Verdict::Pass   ? "pass"
                           : check.verdict == Verdict::Fail ? "FAIL"
                                                            : "note";
-    return fmt::format("{}  {}: {}; accepted: {}", verdict, check.what, check.found, check.accepted);
+    return fmt::format("{}  {}: {}; expected: {}", verdict, check.what, check.found, check.accepted);
 }
 
 SurfaceFigures surface_figures(const TriangleMesh& closed) {

@@ -13,7 +13,7 @@ struct Check {
     std::string what, found, accepted;
     Verdict verdict = Verdict::Pass;
 };
-/// "pass  what: found; accepted: …", with "note" for a warning and "FAIL".
+/// "pass  what: found; expected: …", with "note" for a warning and "FAIL".
 std::string text_of(const Check&);
 
 /// A lumen's surface as seen by rays cast from its triangles.

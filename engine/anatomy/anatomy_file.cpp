@@ -27,14 +27,14 @@ public:
         throw io::InputError("{}: {}: {} was found; {}", file_, path_, found, accepted);
     }
     Value operator[](const std::string& key) const {
-        if (!value_.is_object()) refuse("an object is accepted");
+        if (!value_.is_object()) refuse("expected an object");
         if (!value_.contains(key)) {
             throw io::InputError("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key);
         }
         return {value_.at(key), file_, path_.empty() ? key : path_ + "." + key};
     }
     std::vector<Value> items() const {
-        if (!value_.is_array()) refuse("a list is accepted");
+        if (!value_.is_array()) refuse("expected a list");
         std::vector<Value> result;
         for (std::size_t i = 0; i < value_.size(); ++i) {
             result.emplace_back(value_[i], file_, fmt::format("{}[{}]", path_, i));
@@ -42,27 +42,26 @@ public:
         return result;
     }
     double number() const {
-        if (!value_.is_number() || !std::isfinite(value_.get<double>()))
-            refuse("a finite number is accepted");
+        if (!value_.is_number() || !std::isfinite(value_.get<double>())) refuse("expected a finite number");
         if (std::abs(value_.get<double>()) > largest_coordinate)
-            refuse(fmt::format("a number up to {:g} is accepted", largest_coordinate));
+            refuse(fmt::format("expected a number up to {:g}", largest_coordinate));
         return value_.get<double>();
     }
     int index() const {
-        if (!value_.is_number_integer()) refuse("a whole number is accepted");
+        if (!value_.is_number_integer()) refuse("expected a whole number");
         const auto number = value_.get<std::int64_t>();
-        if (number < 0 || number > 100'000'000) refuse("a whole number from 0 is accepted");
+        if (number < 0 || number > 100'000'000) refuse("expected a whole number from 0");
         return static_cast<int>(number);
     }
     bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
     bool is_null() const { return value_.is_null(); }
     std::string word() const {
-        if (!value_.is_string()) refuse("a text is accepted");
+        if (!value_.is_string()) refuse("expected a text");
         return value_.get<std::string>();
     }
     std::vector<double> numbers(std::size_t count) const {
         const std::vector<Value> list = items();
-        if (list.size() != count) refuse(fmt::format("{} numbers are accepted", count));
+        if (list.size() != count) refuse(fmt::format("expected {} numbers", count));
         std::vector<double> result;
         for (const Value& item : list) result.push_back(item.number());
         return result;
@@ -82,7 +81,7 @@ int branch_index(const Anatomy& anatomy, const Value& name) {
     for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
         if (anatomy.branches[b].name == name.word()) return static_cast<int>(b);
     }
-    name.refuse("the name of a branch listed before is accepted");
+    name.refuse("expected the name of a branch listed before");
 }
 
 void read_branches(const Value& list, Anatomy& anatomy) {
@@ -94,16 +93,16 @@ void read_branches(const Value& list, Anatomy& anatomy) {
             branch.parent_sample = item["parent_sample"].index();
             const auto samples = anatomy.branches[branch.parent].points.size();
             if (branch.parent_sample >= static_cast<int>(samples)) {
-                item["parent_sample"].refuse(fmt::format("0 to {} is accepted", samples - 1));
+                item["parent_sample"].refuse(fmt::format("expected 0 to {}", samples - 1));
             }
         }
         for (const Value& sample : item["points"].items()) {
             const std::vector<double> p = sample.numbers(4);
-            if (!(p[3] > 0)) sample.refuse("x, y, z and a radius above 0 are accepted");
+            if (!(p[3] > 0)) sample.refuse("expected x, y, z and a radius above 0");
             branch.points.emplace_back(p[0], p[1], p[2]);
             branch.radii.push_back(p[3]);
         }
-        if (branch.points.size() < 2) item["points"].refuse("two points or more are accepted");
+        if (branch.points.size() < 2) item["points"].refuse("expected two points or more");
         anatomy.branches.push_back(std::move(branch));
     }
 }
@@ -113,15 +112,15 @@ void read_ends(const Value& list, Anatomy& anatomy) {
     for (const Value& item : list.items()) {
         VesselEnd end;
         end.opening.name = item["name"].word();
-        if (!names.insert(end.opening.name).second) item["name"].refuse("a name of its own is accepted");
+        if (!names.insert(end.opening.name).second) item["name"].refuse("a name of expected its own");
         end.opening.centre = item["centre"].point();
         const Vec3 normal = item["normal"].point();
-        if (std::abs(normal.norm() - 1) > 1e-3) item["normal"].refuse("a unit vector is accepted");
+        if (std::abs(normal.norm() - 1) > 1e-3) item["normal"].refuse("expected a unit vector");
         end.opening.outward_normal = normal.normalized();
         end.opening.radius = item["radius"].number();
-        if (!(end.opening.radius > 0)) item["radius"].refuse("a radius above 0 is accepted");
+        if (!(end.opening.radius > 0)) item["radius"].refuse("expected a radius above 0");
         const std::string role = item["role"].word();
-        if (role != "inlet" && role != "outlet") item["role"].refuse("'inlet' or 'outlet' is accepted");
+        if (role != "inlet" && role != "outlet") item["role"].refuse("expected 'inlet' or 'outlet'");
         end.role = role == "inlet" ? EndRole::Inlet : EndRole::Outlet;
         anatomy.ends.push_back(std::move(end));
     }
@@ -135,7 +134,7 @@ void read_targets(const Value& list, Anatomy& anatomy) {
         target.sample = item["sample"].index();
         const geometry::Polyline& points = anatomy.branches[target.branch].points;
         if (target.sample >= static_cast<int>(points.size())) {
-            item["sample"].refuse(fmt::format("0 to {} is accepted", points.size() - 1));
+            item["sample"].refuse(fmt::format("expected 0 to {}", points.size() - 1));
         }
         target.centre = points[target.sample];
         anatomy.targets.push_back(std::move(target));
@@ -147,11 +146,11 @@ void read_calcium(const Value& list, Anatomy& anatomy) {
         CalciumDeposit deposit;
         for (const Value& sample : item.items()) {
             const std::vector<double> p = sample.numbers(4);
-            if (!(p[3] > 0 && p[3] <= 10)) sample.refuse("x, y, z and a radius of up to 10 mm are accepted");
+            if (!(p[3] > 0 && p[3] <= 10)) sample.refuse("expected x, y, z and a radius of up to 10 mm");
             deposit.points.emplace_back(p[0], p[1], p[2]);
             deposit.radii.push_back(p[3]);
         }
-        if (deposit.points.size() < 2) item.refuse("two points or more are accepted");
+        if (deposit.points.size() < 2) item.refuse("expected two points or more");
         anatomy.calcium.push_back(std::move(deposit));
     }
 }
@@ -162,7 +161,7 @@ geometry::BodyPlace read_body(const Value& body) {
         std::string accepted;
         for (const std::string_view name : geometry::landmark_names())
             accepted += fmt::format("{}'{}'", accepted.empty() ? "" : " or ", name);
-        body["landmark"].refuse(accepted + " is accepted");
+        body["landmark"].refuse("expected " + accepted);
     }
     return {*landmark, body["at"].point()};
 }
@@ -180,14 +179,14 @@ json parse_json(const std::string& text, const std::filesystem::path& path) {
                 ++place.column;
         }
         throw io::InputError(
-            io::located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
+            io::located(place, "this is not JSON; expected a vessel anatomy written as JSON"));
     } catch (const json::exception&) {
-        throw io::InputError(path.string() + ": a number is too large; finite numbers are accepted");
+        throw io::InputError(path.string() + ": a number is too large; expected finite numbers");
     }
 }
 
 json parse_file(const std::filesystem::path& path) {
-    return parse_json(io::read_text(path, "anatomy", "a NAME.anatomy.json is accepted"), path);
+    return parse_json(io::read_text(path, "anatomy", "expected a NAME.anatomy.json"), path);
 }
 
 /// The anatomy of the file at the path; `mesh_at` gives the mesh of another path.
@@ -195,10 +194,10 @@ template <class MeshAt>
 Anatomy read_anatomy(const json& content, const std::filesystem::path& path, const MeshAt& mesh_at) {
     const std::string file = path.string();
     const Value root(content, file, "");
-    if (root["format"].word() != "vessel-anatomy") root["format"].refuse("'vessel-anatomy' is accepted");
-    if (root["version"].index() != 1) root["version"].refuse("version 1 is accepted");
-    if (root["units"].word() != "mm") root["units"].refuse("'mm' is accepted");
-    if (root["frame"].word() != "LPS") root["frame"].refuse("'LPS' is accepted");
+    if (root["format"].word() != "vessel-anatomy") root["format"].refuse("expected 'vessel-anatomy'");
+    if (root["version"].index() != 1) root["version"].refuse("expected version 1");
+    if (root["units"].word() != "mm") root["units"].refuse("expected 'mm'");
+    if (root["frame"].word() != "LPS") root["frame"].refuse("expected 'LPS'");
 
     Anatomy anatomy;
     anatomy.name = root["name"].word();

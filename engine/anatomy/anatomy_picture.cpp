@@ -158,7 +158,7 @@ std::string panel(std::size_t index, const Box& box, int columns, int rows, doub
 
 void draw_anatomy(const Anatomy& anatomy, const fs::path& png, std::span<const Trail> trails) {
     if (png.extension() != ".png")
-        throw io::InputError(png.string() + ": a file name that ends in .png is accepted");
+        throw io::InputError(png.string() + ": expected a file name that ends in .png");
     const io::ScratchFolder scratch;
     std::array<Box, 3> boxes;
     for (std::size_t i = 0; i < views.size(); ++i) boxes[i] = box_of(anatomy, views[i]);
@@ -202,7 +202,7 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png, std::span<const T
     if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
         throw io::InputError("no picture of " + anatomy.name + ": " + notice);
     io::write_whole(
-        png, io::read_text(scratch.path() / "anatomy.png", "picture", "one that gnuplot drew is accepted"));
+        png, io::read_text(scratch.path() / "anatomy.png", "picture", "expected one that gnuplot drew"));
 }
 
 }  // namespace anatomy

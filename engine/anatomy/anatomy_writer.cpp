@@ -115,7 +115,7 @@ void check_anatomy_name(const std::string& name) {
     const bool folder = name == "." || name == "..";
     if (!name.empty() && !folder && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100)
         return;
-    throw io::InputError("--name: '{}' was found; a file name without a folder is accepted", name);
+    throw io::InputError("--name: '{}' was found; expected a file name without a folder", name);
 }
 
 Anatomy read_back(const Anatomy& anatomy) {

@@ -55,7 +55,7 @@ public:
 private:
     [[noreturn]] void refuse(const std::string& where, const std::string& found,
                              const std::string& accepted) const {
-        throw io::InputError("{}: {}{}{}; {} is accepted", path_.string(), where, where.empty() ? "" : ": ",
+        throw io::InputError("{}: {}{}{}; expected {}", path_.string(), where, where.empty() ? "" : ": ",
                              found, accepted);
     }
 
@@ -270,7 +270,7 @@ void expect(TextScanner& words, std::string_view word, std::string_view where) {
     words.refuse(fmt::format("'{}' {}", word, where));
 }
 
-/// Throws InputError "FILE:LINE: found; accepted". Coordinates are of single precision, as those of a binary
+/// Throws InputError "FILE:LINE: found; expected". Coordinates are of single precision, as those of a binary
 /// file are.
 TriangleMesh parse_text_stl(const std::string& text, const std::string& file) {
     TextScanner words(text, file);
@@ -344,7 +344,7 @@ namespace fs = std::filesystem;
 constexpr double bytes_per_triangle = 450;
 /// Least bytes per triangle in files of each kind; for PLY, whose header has the counts, most.
 constexpr double binary_stl = 50, text_stl = 100, off = 8, gltf = 6, obj = 32, ply = 100;
-constexpr const char* kinds = "an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted";
+constexpr const char* kinds = "expected an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file";
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
     throw io::InputError(path.string() + ": " + found);
@@ -352,10 +352,9 @@ constexpr const char* kinds = "an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file
 
 void check_count(const fs::path& path, double triangles) {
     if (triangles <= most_triangles) return;
-    refuse(path,
-           fmt::format("up to {:.3g} million triangles would need {:.1f} GB of memory; {:.0f} million are "
-                       "accepted: make the mesh coarser in a mesh editor",
-                       triangles / 1e6, triangles * bytes_per_triangle / 1e9, most_triangles / 1e6));
+    refuse(path, fmt::format("up to {:.3g} million triangles would need {:.1f} GB of memory; expected {:.0f} "
+                             "million: make the mesh coarser in a mesh editor",
+                             triangles / 1e6, triangles * bytes_per_triangle / 1e9, most_triangles / 1e6));
 }
 
 std::string text_at(std::ifstream& stream, std::uintmax_t from, std::size_t count) {
@@ -379,25 +378,24 @@ bool is_text_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t siz
         return false;
     }
     if (head.size() == 84 && count == 0)
-        refuse(path, "a binary STL of 0 triangles was found; the surface of a lumen is accepted");
+        refuse(path, "a binary STL of 0 triangles was found; expected the surface of a lumen");
     const std::size_t word = std::min(head.find_first_not_of(" \t\r\n"), head.size());
     if (same_word(std::string_view(head).substr(word, 5), "solid") && head.find('\0') == std::string::npos) {
         check_count(path, static_cast<double>(size) / text_stl);
         return true;
     }
-    refuse(path, fmt::format(
-                     "{} bytes were found where the header of a binary STL promises {} triangles, {} bytes; "
-                     "a whole binary STL, or a text STL from 'solid' to 'endsolid', is accepted",
-                     size, count, promised));
+    refuse(path, fmt::format("{} bytes were found where the header of a binary STL promises {} triangles, {} "
+                             "bytes; expected a whole binary STL, or a text STL from 'solid' to 'endsolid'",
+                             size, count, promised));
 }
 
 geometry::TriangleMesh from_polydata(const fs::path& path) {
     PolyData data = load_polydata(path);
     if (data.triangles.empty())
-        refuse(path, fmt::format("it has {} points and {} lines, but no triangles; the surface of a lumen is "
-                                 "accepted{}",
-                                 data.points.size(), data.lines.size(),
-                                 data.lines.empty() ? "" : ", and lines by --centrelines"));
+        refuse(path, fmt::format(
+                         "it has {} points and {} lines, but no triangles; expected the surface of a lumen{}",
+                         data.points.size(), data.lines.size(),
+                         data.lines.empty() ? "" : ", and lines by --centrelines"));
     return {std::move(data.points), std::move(data.triangles)};
 }
 
@@ -425,15 +423,15 @@ geometry::TriangleMesh taken(const aiScene* scene, const fs::path& path) {
         for (unsigned v = 0; v < part.mNumVertices; ++v) {
             mesh.vertices.emplace_back(part.mVertices[v].x, part.mVertices[v].y, part.mVertices[v].z);
             if (!mesh.vertices.back().allFinite())
-                refuse(path, fmt::format("corner {} is not a finite number; finite numbers are accepted", v));
+                refuse(path, fmt::format("corner {} is not a finite number; expected finite numbers", v));
         }
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices != 3) continue;  // points and lines
             for (unsigned k = 0; k < 3; ++k)
                 if (face.mIndices[k] >= part.mNumVertices)
-                    refuse(path, fmt::format("face {} names corner {}; 0 to {} is accepted", f,
-                                             face.mIndices[k], static_cast<int>(part.mNumVertices) - 1));
+                    refuse(path, fmt::format("face {} names corner {}; expected 0 to {}", f, face.mIndices[k],
+                                             static_cast<int>(part.mNumVertices) - 1));
             mesh.triangles.push_back({first + static_cast<int>(face.mIndices[0]),
                                       first + static_cast<int>(face.mIndices[1]),
                                       first + static_cast<int>(face.mIndices[2])});
@@ -475,7 +473,7 @@ void check_obj_faces(std::string_view text, const fs::path& path) {
 }
 
 geometry::TriangleMesh joined(const geometry::TriangleMesh& mesh, const fs::path& path) {
-    if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
+    if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; expected a surface of triangles");
     return geometry::welded(mesh);
 }
 

@@ -168,7 +168,7 @@ public:
 
 private:
     [[noreturn]] void refuse(const std::string& found, const std::string& accepted) const {
-        throw io::InputError("{}: {}; {} is accepted", file_, found, accepted);
+        throw io::InputError("{}: {}; expected {}", file_, found, accepted);
     }
 
     int list_length(const PlyProperty& property, int most, const PlyElement& element, std::int64_t i) {
@@ -258,7 +258,7 @@ TriangleMesh parse_ply(const std::string& bytes, const std::string& file) {
     std::size_t end = start.find("end_header");
     if (end != std::string_view::npos) end = start.find('\n', end);
     if (end == std::string_view::npos)
-        throw io::InputError("{}: no line 'end_header' in the first {} bytes; a whole PLY file is accepted",
+        throw io::InputError("{}: no line 'end_header' in the first {} bytes; expected a whole PLY file",
                              file, start.size());
     TextScanner words(start.substr(0, end), file);
     const PlyHeader header = read_ply_header(words);

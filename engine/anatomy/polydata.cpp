@@ -64,25 +64,25 @@ void add_piece(PolyData& data, const geometry::Polyline& points, const std::arra
     const auto count = static_cast<std::int64_t>(points.size());
     if (first + count > most_points)
         refuse_polydata(file, "Points", fmt::format("{} were found", first + count),
-                        fmt::format("up to {} are accepted", most_points));
+                        fmt::format("expected at most {}", most_points));
     for (std::size_t i = 0; i < points.size(); ++i)
         if (!points[i].allFinite())
             refuse_polydata(file, fmt::format("point {}", i), "it is not of finite numbers",
-                            "finite numbers are accepted");
+                            "expected finite numbers");
     data.points.insert(data.points.end(), points.begin(), points.end());
     for (std::size_t kind = 0; kind < cells.size(); ++kind) {
         const CellList& list = cells[kind];
         for (std::size_t i = 0; i < list.indices.size(); ++i)
             if (list.indices[i] < 0 || list.indices[i] >= count)
-                refuse_polydata(file, cell_kinds[kind], fmt::format("index {} is {}", i, list.indices[i]),
-                                count == 0 ? "there are no points to name"
-                                           : fmt::format("0 to {} is accepted", count - 1));
+                refuse_polydata(
+                    file, cell_kinds[kind], fmt::format("index {} is {}", i, list.indices[i]),
+                    count == 0 ? "there are no points to name" : fmt::format("expected 0 to {}", count - 1));
         std::int64_t from = 0;
         for (const std::int64_t end : list.ends) {
             if (end < from || end > static_cast<std::int64_t>(list.indices.size()))
                 refuse_polydata(file, cell_kinds[kind],
                                 fmt::format("a cell goes from index {} to {}", from, end),
-                                fmt::format("ends that rise up to {} are accepted", list.indices.size()));
+                                fmt::format("expected ends that rise up to {}", list.indices.size()));
             const std::span<const std::int64_t> cell(list.indices.data() + from,
                                                      static_cast<std::size_t>(end - from));
             from = end;
@@ -103,7 +103,7 @@ void add_piece(PolyData& data, const geometry::Polyline& points, const std::arra
         if (static_cast<double>(data.triangles.size()) > most_triangles)
             refuse_polydata(file, cell_kinds[kind],
                             fmt::format("{} triangles were found", data.triangles.size()),
-                            fmt::format("up to {:.0f} million are accepted", most_triangles / 1e6));
+                            fmt::format("expected at most {:.0f} million", most_triangles / 1e6));
     }
 }
 
@@ -130,8 +130,8 @@ PolyData load_polydata(const std::filesystem::path& path) {
     if (const std::uintmax_t size = std::filesystem::file_size(path, unknown);
         !unknown && size > most_polydata_bytes)
         refuse_polydata(file, "", fmt::format("{} bytes were found", size),
-                        fmt::format("up to {} are accepted", most_polydata_bytes));
-    const std::string text = io::read_text(path, "file", "VTK PolyData, .vtp or .vtk, is accepted");
+                        fmt::format("expected at most {}", most_polydata_bytes));
+    const std::string text = io::read_text(path, "file", "expected VTK PolyData, .vtp or .vtk");
     return extension_of(path) == ".vtk" ? parse_legacy_vtk(text, file) : parse_vtp(text, file);
 }
 

@@ -37,7 +37,7 @@ struct CellList {
     std::vector<std::int64_t> indices, ends;
 };
 
-/// Throws InputError of "FILE: PLACE: found; accepted".
+/// Throws InputError of "FILE: PLACE: found; expected".
 [[noreturn]] void refuse_polydata(const std::string& file, std::string_view place, std::string_view found,
                                   std::string_view accepted);
 

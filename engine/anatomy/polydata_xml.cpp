@@ -47,7 +47,7 @@ public:
         const std::uint64_t most = base64_ ? text_.size() / 4 * 3 + held_.size() : text_.size();
         if (count > most)
             refuse_(fmt::format("{} bytes are left where {} should be", most, count),
-                    "a whole file is accepted");
+                    "expected a whole file");
         std::string bytes;
         bytes.reserve(count);
         if (!base64_) {
@@ -75,14 +75,14 @@ private:
             while (!text_.empty() &&
                    (text_[0] == '\n' || text_[0] == ' ' || text_[0] == '\r' || text_[0] == '\t'))
                 text_.remove_prefix(1);
-            if (text_.empty()) refuse_("the base64 text ends too early", "a whole file is accepted");
+            if (text_.empty()) refuse_("the base64 text ends too early", "expected a whole file");
             const signed char value = base64_values[static_cast<unsigned char>(text_[0])];
             if (value < 0 && !(text_[0] == '=' && letters >= 2))
                 refuse_(fmt::format("a byte {} stands in base64 text", static_cast<unsigned char>(text_[0])),
-                        "letters, digits, '+', '/' and '=' at the end are accepted");
+                        "expected letters, digits, '+', '/' and '=' at the end");
             padding += value < 0;
             if (value >= 0 && padding > 0)
-                refuse_("base64 text goes on after '='", "groups of four letters are accepted");
+                refuse_("base64 text goes on after '='", "expected groups of four letters");
             bits = bits << 6 | static_cast<std::uint32_t>(value < 0 ? 0 : value);
             ++letters;
             text_.remove_prefix(1);
@@ -109,8 +109,7 @@ std::uint64_t length_in(std::string_view bytes, const VtkEncoding& encoding) {
 
 void check_size(std::uint64_t size, std::uint64_t most, const RefuseBytes& refuse) {
     if (size > most)
-        refuse(fmt::format("an array of {} bytes was found", size),
-               fmt::format("up to {} are accepted", most));
+        refuse(fmt::format("an array of {} bytes was found", size), fmt::format("expected at most {}", most));
 }
 
 /// The array that begins where the text does; what follows it is not looked at. An array of more than `most`
@@ -157,7 +156,7 @@ std::string array_bytes(std::string_view text, const VtkEncoding& encoding, std:
                                        &unpacked_size) != LIBDEFLATE_SUCCESS ||
             unpacked_size != size)
             refuse(fmt::format("block {} of {} does not unpack to {} bytes", b + 1, blocks, size),
-                   "blocks packed by zlib are accepted");
+                   "expected blocks packed by zlib");
         at += size;
     }
     return bytes;
@@ -172,15 +171,15 @@ public:
     PolyData read() {
         parse();
         const pugi::xml_node root = document_.child("VTKFile"), poly = root.child("PolyData");
-        if (!root) refuse_polydata(file_, "", "there is no <VTKFile>", "an XML file of VTK is accepted");
+        if (!root) refuse_polydata(file_, "", "there is no <VTKFile>", "expected an XML file of VTK");
         if (!poly)
             refuse_polydata(file_, "<VTKFile>",
                             fmt::format("type '{}' was found", root.attribute("type").value()),
-                            "type 'PolyData' is accepted: save the surface or the lines as .vtp");
+                            "expected type 'PolyData': save the surface or the lines as .vtp");
         read_encoding(root);
         for (const pugi::xml_node piece : poly.children("Piece")) read_piece(piece);
         if (!poly.child("Piece"))
-            refuse_polydata(file_, "<PolyData>", "there is no <Piece>", "one or more are accepted");
+            refuse_polydata(file_, "<PolyData>", "there is no <Piece>", "expected one or more");
         for (const pugi::xml_node array : poly.child("FieldData").children("Array")) read_field(array);
         for (const pugi::xml_node array : poly.child("FieldData").children("DataArray")) read_field(array);
         return std::move(data_);
@@ -195,8 +194,7 @@ private:
         if (head != std::string::npos) {
             const std::size_t close = text_.find('>', head), start = text_.find('_', head);
             if (close == std::string::npos || start == std::string::npos || start < close)
-                refuse_polydata(file_, "<AppendedData>", "it has no data after '_'",
-                                "a whole file is accepted");
+                refuse_polydata(file_, "<AppendedData>", "it has no data after '_'", "expected a whole file");
             const std::string tag = text_.substr(head, close - head);
             appended_base64_ = tag.find("\"base64\"") != std::string::npos;
             appended_ = std::string_view(text_).substr(start + 1);
@@ -204,13 +202,13 @@ private:
         }
         if (std::count(xml.begin(), xml.end(), '<') > most_elements)
             refuse_polydata(file_, "", "there are too many elements",
-                            fmt::format("up to {} are accepted", most_elements));
+                            fmt::format("expected at most {}", most_elements));
         const pugi::xml_parse_result parsed =
             document_.load_buffer(xml.data(), xml.size(), pugi::parse_minimal | pugi::parse_escapes);
         if (!parsed)
             refuse_polydata(fmt::format("{}:{}", file_, line_at(parsed.offset)), "",
                             fmt::format("this is not XML ({})", parsed.description()),
-                            "a VTK PolyData file is accepted");
+                            "expected a VTK PolyData file");
     }
     int line_at(std::ptrdiff_t offset) const {
         const auto end =
@@ -225,7 +223,7 @@ private:
         encoding_.compressed = !compressor.empty();
         if (encoding_.compressed && compressor != "vtkZLibDataCompressor")
             refuse_polydata(file_, "<VTKFile>", fmt::format("compressor '{}' was found", compressor),
-                            "'vtkZLibDataCompressor' or none is accepted");
+                            "expected 'vtkZLibDataCompressor' or none");
     }
 
     std::string place_of(const pugi::xml_node& array) const {
@@ -236,7 +234,7 @@ private:
         if (name == "String") return NumberType::UInt8;
         if (const auto type = number_type_named(name)) return *type;
         refuse_polydata(file_, place_of(array), fmt::format("type '{}' was found", name),
-                        "Float32, Float64, Int8 to Int64, UInt8 to UInt64 and String are accepted");
+                        "expected Float32, Float64, Int8 to Int64, UInt8 to UInt64 or String");
     }
     template <class Number>
     std::vector<Number> numbers_of(const pugi::xml_node& array, std::int64_t most) const {
@@ -269,7 +267,7 @@ private:
             encoding.base64 = true;
         } else {
             refuse_polydata(file_, place, fmt::format("format '{}' was found", format),
-                            "ascii, binary and appended are accepted");
+                            "expected ascii, binary and appended");
         }
         const std::string bytes =
             array_bytes(text, encoding, static_cast<std::uint64_t>(most) * io::size_of(type),
@@ -291,7 +289,7 @@ private:
         if (count < 0 || count > most)
             refuse_polydata(file_, "<Piece>",
                             fmt::format("{} = '{}' was found", attribute, piece.attribute(attribute).value()),
-                            fmt::format("0 to {} is accepted", most));
+                            fmt::format("expected 0 to {}", most));
         return count;
     }
 
@@ -299,12 +297,12 @@ private:
         const std::int64_t count = count_in(piece, "NumberOfPoints", most_points);
         const pugi::xml_node place_array = piece.child("Points").child("DataArray");
         if (count > 0 && !place_array)
-            refuse_polydata(file_, "<Piece>", "it has no <Points>", "an array of x, y, z is accepted");
+            refuse_polydata(file_, "<Piece>", "it has no <Points>", "expected an array of x, y, z");
         std::vector<double> places;
         if (count > 0) places = numbers_of<double>(place_array, 3 * count);
         if (std::ssize(places) != 3 * count)
             refuse_polydata(file_, "<Points>", fmt::format("{} numbers were found", places.size()),
-                            fmt::format("{} are accepted, x, y, z of {} points", 3 * count, count));
+                            fmt::format("expected {}, x, y, z of {} points", 3 * count, count));
         geometry::Polyline points;
         for (std::size_t i = 0; i < places.size(); i += 3)
             points.emplace_back(places[i], places[i + 1], places[i + 2]);
@@ -327,13 +325,13 @@ private:
             if (name != "connectivity" && name != "offsets") continue;
             if (const NumberType type = type_of(array);
                 type == NumberType::Float32 || type == NumberType::Float64)
-                refuse_polydata(file_, place_of(array), "fractions were found", "whole numbers are accepted");
+                refuse_polydata(file_, place_of(array), "fractions were found", "expected whole numbers");
             (name == "offsets" ? list.ends : list.indices) = numbers_of<std::int64_t>(array, most_indices);
         }
         if (std::ssize(list.ends) != count)
             refuse_polydata(file_, fmt::format("<{}>", kind),
                             fmt::format("{} cells were found", list.ends.size()),
-                            fmt::format("{} are accepted, as {} says", count, counted));
+                            fmt::format("expected {}, as {} says", count, counted));
         return list;
     }
 

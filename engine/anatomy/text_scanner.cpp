@@ -109,7 +109,7 @@ void TextScanner::refuse(std::string_view expected) const {
 void TextScanner::refuse_found(const std::string& found, std::string_view expected) const {
     const auto lines = std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(last_), '\n');
     throw io::InputError(io::located({file_, 1 + static_cast<int>(lines), 0},
-                                     fmt::format("{} was found; {} is accepted", found, expected)));
+                                     fmt::format("{} was found; expected {}", found, expected)));
 }
 
 }  // namespace anatomy

@@ -30,7 +30,7 @@ public:
     std::size_t left() const { return text_.size() - at_; }  // [bytes]
     bool at_end();
 
-    /// Throws InputError "FILE:LINE: 'WORD' was found; EXPECTED is accepted" for the word last taken.
+    /// Throws InputError "FILE:LINE: 'WORD' was found; expected EXPECTED" for the word last taken.
     [[noreturn]] void refuse(std::string_view expected) const;
     /// The same with another finding.
     [[noreturn]] void refuse_found(const std::string& found, std::string_view expected) const;

@@ -104,7 +104,7 @@ std::vector<Finding> check(const scenario::ExerciseFiles& files, const std::file
     });
     bool placed = usable && found.look("entry", [&] {
         const double way = geometry::length_of(scenario::entry_of(s, vessels).points);
-        return fmt::format("{:g} mm of wire from '{}', up to {:.0f} would be accepted", s.wire().inserted,
+        return fmt::format("{:g} mm of wire from '{}', at most {:.0f} would fit", s.wire().inserted,
                            s.entry.end, way);
     });
     if (usable) {

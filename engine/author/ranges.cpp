@@ -141,8 +141,8 @@ std::vector<ScriptLine> in_ranges(const script::CommandScript& script, const Nea
         for (const script::TimedCommand& timed : commands) {
             if (std::holds_alternative<script::Reset>(timed.command))
                 throw io::InputError(
-                    "{}: expected one attempt, found a reset in frame {}; the lines after it, with frames "
-                    "from 0, are accepted",
+                    "{}: expected one attempt, found a reset in frame {}; pass the lines after it, with "
+                    "frames from 0",
                     script.file, frame);
             const auto motion = motion_of(timed.command);
             if (fixed || !motion) {

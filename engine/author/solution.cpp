@@ -61,7 +61,7 @@ bool drop(std::vector<ScriptLine>& lines, Solution& solution, const Player& play
 
 void require_recording_of(const script::CommandScript& recording, const std::string& name) {
     if (recording.origin && !recording.origin->scenario.empty() && recording.origin->scenario != name)
-        throw io::InputError("{}: it is a recording of '{}'; one of '{}' is accepted", recording.file,
+        throw io::InputError("{}: it is a recording of '{}'; expected one of '{}'", recording.file,
                              recording.origin->scenario, name);
     const auto moves = [](const script::TimedCommand& timed) {
         return std::holds_alternative<script::Advance>(timed.command) ||
@@ -92,8 +92,8 @@ std::optional<Solution> solution_of(const script::CommandScript& recording, cons
         return solution;
     }
     throw io::InputError(
-        "{}: it does not reach the target: its tip is {:.1f} mm away at its nearest; a recording of an "
-        "attempt that reached it is accepted",
+        "{}: it does not reach the target: its tip is {:.1f} mm away at its nearest; expected a recording of "
+        "an attempt that reached it",
         recording.file, nearest);
 }
 

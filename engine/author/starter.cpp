@@ -100,7 +100,7 @@ std::string starter(const std::string& name) {
 std::string starter_from(const std::filesystem::path& scenario, const std::string& name,
                          const std::filesystem::path& folder, const std::filesystem::path& catalogue) {
     const scenario::Scenario source = scenario::load_scenario(scenario, catalogue);
-    const std::string text = io::read_text(scenario, "scenario", "a .toml file is accepted");
+    const std::string text = io::read_text(scenario, "scenario", "expected a .toml file");
     const std::string made = head_of(name) + with_title(text, fmt::format("{}, from {}", name, source.name));
     const std::filesystem::path file = folder / (name + ".toml");
     const scenario::Scenario copy = scenario::parse_scenario(made, file, catalogue);
@@ -108,8 +108,8 @@ std::string starter_from(const std::filesystem::path& scenario, const std::strin
     for (const std::filesystem::path& input : scenario::inputs_of(copy))
         if (input != file && !std::filesystem::exists(input, ignored))
             throw io::InputError(
-                "--from {}: it names a file beside it, {}, which is not in {}; a scenario without files of "
-                "its own is accepted, or a folder that has them",
+                "--from {}: it names a file beside it, {}, which is not in {}; expected a scenario without "
+                "files of its own, or a folder that has them",
                 scenario.string(), input.filename().string(), folder.string());
     return made;
 }

@@ -97,13 +97,13 @@ int ContrastFlow::cell_of(const Injection& injection) const {
 void ContrastFlow::inject(const Injection& asked) {
     std::vector<std::string> wrong;
     if (!(asked.rate > 0 && asked.rate <= render::largest_flow))
-        wrong.push_back(fmt::format("an injection of {} ml/s; above 0 and at most {} is accepted", asked.rate,
+        wrong.push_back(fmt::format("an injection of {} ml/s; expected above 0 and at most {}", asked.rate,
                                     render::largest_flow));
     if (!(asked.volume > 0 && std::isfinite(asked.volume)))
-        wrong.push_back(fmt::format("an injection of {} ml; more than 0 is accepted", asked.volume));
+        wrong.push_back(fmt::format("an injection of {} ml; expected more than 0", asked.volume));
     if (!(asked.iodine >= 0 && asked.iodine <= render::largest_iodine)) {
         wrong.push_back(
-            fmt::format("contrast of {} mg/ml; 0 to {} is accepted", asked.iodine, render::largest_iodine));
+            fmt::format("contrast of {} mg/ml; expected 0 to {}", asked.iodine, render::largest_iodine));
     }
     if (!wrong.empty()) throw io::InputError("{}", fmt::join(wrong, "\n"));
     const int cell = cell_of(asked);

@@ -91,7 +91,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
     std::string learner, patient;
     std::vector<CourseRow> rows;
     try {
-        const std::string text = io::read_text(file, "recording", "a recording (.gw) is accepted");
+        const std::string text = io::read_text(file, "recording", "expected a recording (.gw)");
         const script::CommandScript recording = script::parse_commands(text, file.string());
         if (!recording.origin || recording.origin->scenario.empty())
             throw io::InputError("a script, and no recording: it does not say which exercise it is of");
@@ -107,7 +107,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
             try {
-                const std::string figures = io::read_text(kept, "score", "its own is accepted");
+                const std::string figures = io::read_text(kept, "score", "expected its own");
                 io::check_json_depth(figures, kept.string());
                 const Json json = Json::parse(figures, nullptr, false);
                 for (const Json& one : json) {

@@ -31,7 +31,7 @@ void read_due(io::Section& section, std::optional<Day>& due) {
             return;
         }
     }
-    section.refuse("due", *node, "a date without quotes, as 2026-12-24, is accepted");
+    section.refuse("due", *node, "expected a date without quotes, as 2026-12-24");
 }
 
 PlannedExercise read_exercise(io::Section section, const CoursePlan& plan, const FindScenario& find) {
@@ -42,7 +42,7 @@ PlannedExercise read_exercise(io::Section section, const CoursePlan& plan, const
     } else if (std::string name; section.word("name", name)) {
         try {
             if (plan.find(name))
-                throw io::InputError("'{}' stands above already; each exercise once is accepted", name);
+                throw io::InputError("'{}' stands above already; expected each exercise once", name);
             read = planned(find(name), plan.pass);
         } catch (const io::InputError& error) {
             section.refuse("name", *section.find("name"), error.what());
@@ -67,11 +67,10 @@ void read_learners(io::Section& section, std::vector<std::string>& learners) {
         if (good) learners.push_back(name->get());
     }
     if (!good)
-        section.refuse(
-            "learners", *node,
-            fmt::format("a list of names in quotes is accepted, each once, of at most {} bytes, as "
-                        "recordings state them",
-                        script::longest_learner));
+        section.refuse("learners", *node,
+                       fmt::format("expected a list of names in quotes, each once, of at most {} bytes, as "
+                                   "recordings state them",
+                                   script::longest_learner));
 }
 
 }  // namespace

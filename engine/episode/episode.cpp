@@ -22,8 +22,8 @@ constexpr std::uint64_t mask_frames = std::uint64_t{1} << 40;
 
 void require_pixels(int pixels) {
     if (pixels < fewest_pixels || pixels > most_pixels)
-        throw io::InputError("an image of {} pixels; {} to {} along a side are accepted", pixels,
-                             fewest_pixels, most_pixels);
+        throw io::InputError("an image of {} pixels; expected {} to {} along a side", pixels, fewest_pixels,
+                             most_pixels);
 }
 
 render::GrayImage filled(int pixels, const std::vector<std::uint32_t>& set) {
@@ -68,7 +68,7 @@ Pulse Camera::pulse(const Simulation& simulation, const exercise::FrameTime& tim
 render::GrayImage Camera::image(const Simulation& simulation, const exercise::FrameTime& time,
                                 const render::CArm& arm, ImageMode mode, std::optional<std::uint64_t> seed) {
     if (mode == ImageMode::Screen)
-        throw io::InputError("the mode 'screen' was asked for; it is accepted with images=True");
+        throw io::InputError("the mode 'screen' was asked for; expected images=True");
     require_pixels(arm.pixels);
     render::Fluoroscope& fluoroscope = chain(simulation).fluoroscope;
     Pulse pulse = this->pulse(simulation, time, arm);
@@ -276,7 +276,7 @@ void Episode::follow_room() {
 }
 
 render::ColourImage Episode::panel(render::Panel& drawn, Camera* with, std::optional<std::uint64_t> seed) {
-    if (!room_) throw io::InputError("the panel was asked for; it is accepted with panel=True");
+    if (!room_) throw io::InputError("the panel was asked for; expected an environment made with panel=True");
     const exercise::Monitor* const monitor = exercise_.monitor();
     const exercise::Dose* const dose = exercise_.dose();
     const exercise::Frame frame{exercise_.time(), {}, exercise::StepReport(), simulation(), monitor, dose};
@@ -401,7 +401,7 @@ std::span<const ListField> list_fields() {
 
 script::Command parse_line(const std::string& line) {
     const auto refuse = [&line](const std::string& why) { throw io::InputError("'{}': {}", line, why); };
-    if (line.find_first_of("\r\n") != std::string::npos) refuse("one line is accepted");
+    if (line.find_first_of("\r\n") != std::string::npos) refuse("expected one line");
     script::CommandScript script;
     try {
         script = script::parse_commands("0 " + line, "");  // a script's lines begin with their frame
@@ -412,7 +412,7 @@ script::Command parse_line(const std::string& line) {
             why.erase(0, colon + 2);
         refuse(why);
     }
-    if (script.commands.size() != 1) refuse("one command, such as 'arm lao 30 deg', is accepted");
+    if (script.commands.size() != 1) refuse("expected one command, such as 'arm lao 30 deg'");
     return script.commands.front().command;
 }
 

@@ -29,7 +29,7 @@ std::string missing_device(const script::Command& command, const scenario::Scena
     if (std::holds_alternative<script::Exchange>(command) && alone) of(Held::Catheter);
     if (asked == Held::All || scenario.index_of(asked)) return "";
     const std::string_view name = script::name_of(asked);
-    return fmt::format("'{}' asks for a {}, and the scenario has none; a section [{}] is accepted",
+    return fmt::format("'{}' asks for a {}, and the scenario has none; expected a section [{}]",
                        script::to_text(command), name, name);
 }
 
@@ -43,11 +43,11 @@ scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scen
     scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
     if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
     if (device.kind != scenario::DeviceKind::Wire)
-        throw io::InputError("'{}' is a catheter; a wire is accepted", name);
+        throw io::InputError("'{}' is a catheter; expected a wire", name);
     const double lumen = scenario.devices.at(1).device.inner_diameter;
     if (device.outer_diameter >= lumen)
         throw io::InputError(
-            "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; a thinner wire is accepted", name,
+            "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner wire", name,
             device.outer_diameter, lumen);
     return device;
 }
@@ -73,7 +73,7 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
         if (const auto* exchange = std::get_if<script::Exchange>(&command)) {
             try {
                 static_cast<void>(wire_of_catalogue(exchange->device, scenario));
-                if (!wire_is_out) say("the wire is still in; 'exchange' is accepted after 'remove wire'");
+                if (!wire_is_out) say("the wire is still in; 'exchange' works only after 'remove wire'");
             } catch (const io::InputError& error) {
                 say(error.what());
             }

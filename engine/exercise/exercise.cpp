@@ -32,7 +32,7 @@ Exercise::Exercise(const Exercise& like)
       dose_(like.dose_),
       time_(like.time_) {
     if (pictures_ == Pictures::All)
-        throw std::invalid_argument("an exercise with images cannot be copied; one without is accepted");
+        throw std::invalid_argument("an exercise with images cannot be copied; expected one without");
 }
 
 void Exercise::aim(const scenario::Target& target) {
@@ -143,8 +143,8 @@ Exercise::Snapshot Exercise::snapshot() const {
 void Exercise::restore(const Snapshot& snapshot) {
     if (snapshot.of != fingerprint())
         throw io::InputError(
-            "a snapshot of another exercise was given; one of this scenario, made with images "
-            "if this has them, is accepted");
+            "a snapshot of another exercise was given; expected one of this scenario, made with images if "
+            "this has them");
     geometry::restore_state(*this, snapshot.state);
 }
 

@@ -50,12 +50,12 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     if (const auto wrong = scenario::problems(changed); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
     if (!std::isfinite(tuning.wall_stiffness) || tuning.wall_stiffness <= 0)
-        throw io::InputError("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness);
+        throw io::InputError("a wall of {} N/mm; expected a stiffness above 0", tuning.wall_stiffness);
     static_cast<void>(scenario::entry_of(changed, *anatomy_));  // for a later reset
     const double length = wire_.inserted_length(), least = physics::least_length({changed.segment_length});
     if (length < least)
-        throw io::InputError(
-            "{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted", length, least);
+        throw io::InputError("{:.1f} mm of wire are inside; expected {:.1f} mm or more with such segments",
+                             length, least);
 
     const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
     std::shared_ptr<physics::NarrowedWall> wall;

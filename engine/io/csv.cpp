@@ -42,20 +42,20 @@ std::vector<double> parse_row(std::string_view line, TextPlace place, std::size_
         place.column = static_cast<int>(at) + 1;
         if (row.size() == columns) {
             throw InputError(located(
-                place, fmt::format("'{}' is one column too many; {} are accepted", shown(word), columns)));
+                place, fmt::format("'{}' is one column too many; expected {}", shown(word), columns)));
         }
         const std::optional<double> number = parse_number(word);
         if (!number || !std::isfinite(*number)) {
             throw InputError(
-                located(place, fmt::format("'{}' was found; a finite number is accepted", shown(word))));
+                located(place, fmt::format("'{}' was found; expected a finite number", shown(word))));
         }
         row.push_back(*number);
         at = end + 1;
     }
     if (row.size() < columns) {
         place.column = static_cast<int>(line.size()) + 1;
-        throw InputError(located(
-            place, fmt::format("the row ends after {} numbers; {} are accepted", row.size(), columns)));
+        throw InputError(
+            located(place, fmt::format("the row ends after {} numbers; expected {}", row.size(), columns)));
     }
     return row;
 }
@@ -89,7 +89,7 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
     const std::string_view found = take_line(text);
     if (found != header) {
         throw InputError(located(
-            {file, 1, 1}, fmt::format("'{}' was found; the header '{}' is accepted", shown(found), header)));
+            {file, 1, 1}, fmt::format("'{}' was found; expected the header '{}'", shown(found), header)));
     }
     const std::size_t columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
     std::vector<std::vector<double>> rows;
@@ -103,7 +103,7 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
 
 geometry::Polyline load_points(const std::filesystem::path& path) {
     const std::string text =
-        read_text(path, "file", fmt::format("a CSV file with the header '{}' is accepted", points_header));
+        read_text(path, "file", fmt::format("expected a CSV file with the header '{}'", points_header));
     geometry::Polyline points;
     for (const std::vector<double>& row : parse_csv(text, path.string(), points_header))
         points.emplace_back(row[0], row[1], row[2]);

@@ -12,7 +12,7 @@ namespace {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     throw InputError(
         located({file, static_cast<int>(line), 0},
-                fmt::format("more than {0} levels, one within another, were found; up to {0} are accepted",
+                fmt::format("more than {0} levels, one within another, were found; expected at most {0}",
                             deepest_nesting)));
 }
 

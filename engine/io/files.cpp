@@ -121,7 +121,7 @@ std::string temporary_folder_named() {
 void require_no_device(const fs::path& path) {
     struct stat found {};
     if (::stat(path.c_str(), &found) != 0 || S_ISREG(found.st_mode) || S_ISDIR(found.st_mode)) return;
-    throw InputError("{}: is a {}; a regular file is accepted", path.string(),
+    throw InputError("{}: is a {}; expected a regular file", path.string(),
                      S_ISFIFO(found.st_mode)   ? "FIFO"
                      : S_ISSOCK(found.st_mode) ? "socket"
                                                : "device");
@@ -141,7 +141,7 @@ std::string read_text(const fs::path& path, std::string_view what, std::string_v
     std::error_code failed;
     const std::uintmax_t size = fs::file_size(path, failed);
     if (failed || size > largest_text)
-        throw InputError("{}: {:.3g} million bytes were found; up to {:.0f} million are accepted",
+        throw InputError("{}: {:.3g} million bytes were found; expected at most {:.0f} million",
                          path.string(), 1e-6 * static_cast<double>(failed ? 0 : size),
                          1e-6 * static_cast<double>(largest_text));
     std::string text(size, '\0');
@@ -245,7 +245,7 @@ GrowingFile::GrowingFile(const std::filesystem::path& path)
     ::close(descriptor_);
     if (!other) refuse(path_, why);
     throw InputError(
-        "{}: another process is writing it; another file is accepted, or this one when that has ended",
+        "{}: another process is writing it; expected another file, or this one when that has ended",
         path_.string());
 }
 
@@ -285,8 +285,8 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
         drop_unfinished(path_);
     }
     throw InputError(
-        "{}: a folder for temporary files cannot be made: {}; a folder that can be written, named by TMPDIR, "
-        "is accepted",
+        "{}: a folder for temporary files cannot be made: {}; expected a folder that can be written, named "
+        "by TMPDIR",
         folder.empty() ? temporary_folder_named() : folder.string(),
         failed ? failed.message() : "something is in its place");
 }
@@ -352,7 +352,7 @@ OwnFolder::OwnFolder(const fs::path& path, const std::string& name) : path_(path
         remove_empty();
         throw InputError("{}: {}", path_.string(), why);
     };
-    if (path.empty()) throw InputError("an output folder without a name was found; a folder is accepted");
+    if (path.empty()) throw InputError("an output folder without a name was found; expected a folder");
     std::error_code error;
     std::vector<fs::path> missing;
     // "out/" and "out/." name the folder out.
@@ -368,8 +368,7 @@ OwnFolder::OwnFolder(const fs::path& path, const std::string& name) : path_(path
     std::error_code ignored;
     if (!fs::is_directory(path_, ignored))
         refuse_folder(fmt::format(
-            "cannot be written: the output folder cannot be made: {}; a folder that can be written is "
-            "accepted",
+            "cannot be written: the output folder cannot be made: {}; expected a folder that can be written",
             error ? error.message() : "a file is in its place"));
     const fs::path file = path_ / ("." + name + ".lock");
     lock_.emplace(LockFile::of(file));
@@ -378,13 +377,13 @@ OwnFolder::OwnFolder(const fs::path& path, const std::string& name) : path_(path
     if (why == EWOULDBLOCK) {
         const std::optional<long> owner = LockFile::owner(file);
         refuse_folder(fmt::format(
-            "{} is writing to this folder; another folder is accepted, or this one when that has ended",
+            "{} is writing to this folder; expected another folder, or this one when that has ended",
             owner ? fmt::format("process {}", *owner) : "another process"));
     }
     // Some file systems know no locks; it is enough that a file can be made there.
     if (why == ENOLCK || why == ENOTSUP || why == ENOSYS || why == EINVAL) return;
     refuse_folder(
-        fmt::format("cannot be written: {}; a folder that can be written is accepted", std::strerror(why)));
+        fmt::format("cannot be written: {}; expected a folder that can be written", std::strerror(why)));
 }
 
 OwnFolder::~OwnFolder() {
@@ -401,8 +400,7 @@ void OwnFolder::make(const fs::path& inner) {
     }
     if (fs::is_directory(folder, error)) return;
     throw InputError(
-        "{}: cannot be written: the output folder cannot be made: {}; a folder that can be written is "
-        "accepted",
+        "{}: cannot be written: the output folder cannot be made: {}; expected a folder that can be written",
         folder.string(), error ? error.message() : "a file is in its place");
 }
 

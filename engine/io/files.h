@@ -12,7 +12,7 @@
 
 namespace io {
 
-/// Throws InputError "PATH: is a FIFO; a regular file is accepted" for what is neither a regular file nor a
+/// Throws InputError "PATH: is a FIFO; expected a regular file" for what is neither a regular file nor a
 /// folder: opening or reading it could take for ever. A path where nothing is passes.
 void require_no_device(const std::filesystem::path&);
 

@@ -51,11 +51,11 @@ void require_distinct(std::span<const Output> outputs, std::span<const fs::path>
         const auto& [option, file] = outputs[i];
         for (const fs::path& input : inputs)
             if (same_file(file, input) || is_found_below(file, input))
-                throw InputError("{}: {} would overwrite what is read; another file is accepted", option,
+                throw InputError("{}: {} would overwrite what is read; expected another file", option,
                                  file.string());
         for (std::size_t j = 0; j < i; ++j)
             if (same_file(file, outputs[j].file))
-                throw InputError("{}: {} would be written twice, by {} too; another file is accepted", option,
+                throw InputError("{}: {} would be written twice, by {} too; expected another file", option,
                                  file.string(), outputs[j].option);
     }
 }

@@ -13,7 +13,7 @@ Shard parse_shard(std::string_view text) {
         if (index && count && *index >= 1 && *index <= *count && *count <= most_shards)
             return {*index, *count};
     }
-    throw InputError("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, most_shards);
+    throw InputError("--shard: '{}' was found; expected i/n with 1 <= i <= n <= {}", text, most_shards);
 }
 
 }  // namespace io

@@ -91,7 +91,7 @@ void Section::number(std::string_view key, double& value, Range range, double un
     if (read && *read >= range.least && *read <= range.most)
         value = *read * unit;
     else
-        refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
+        refuse(key, *node, fmt::format("expected a number from {}", range.text()));
 }
 
 std::optional<long long> Section::whole_number(std::string_view key, Range range) {
@@ -99,7 +99,7 @@ std::optional<long long> Section::whole_number(std::string_view key, Range range
     if (!node) return std::nullopt;
     const auto* read = node->as_integer();
     if (read && read->get() >= range.least && read->get() <= range.most) return read->get();
-    refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
+    refuse(key, *node, fmt::format("expected a whole number from {}", range.text()));
     return std::nullopt;
 }
 
@@ -109,7 +109,7 @@ void Section::flag(std::string_view key, bool& value) {
     if (const auto* read = node->as_boolean())
         value = read->get();
     else
-        refuse(key, *node, "true or false is accepted");
+        refuse(key, *node, "expected true or false");
 }
 
 bool Section::word(std::string_view key, std::string& value) {
@@ -118,7 +118,7 @@ bool Section::word(std::string_view key, std::string& value) {
     if (const auto* read = node->as_string(); read && !read->get().empty())
         value = read->get();
     else
-        refuse(key, *node, "a text is accepted");
+        refuse(key, *node, "expected a text");
     return node->is_string();
 }
 
@@ -134,7 +134,7 @@ std::optional<std::size_t> Section::choice(std::string_view key, std::span<const
         const auto at = std::find(accepted.begin(), accepted.end(), read->get());
         if (at != accepted.end()) return static_cast<std::size_t>(at - accepted.begin());
     }
-    refuse(key, *node, "accepted are: " + joined(accepted));
+    refuse(key, *node, "expected " + joined(accepted));
     return std::nullopt;
 }
 
@@ -150,14 +150,14 @@ bool Section::point(std::string_view key, Vec3& value, double most) {
     if (fine)
         value = read;
     else
-        refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
+        refuse(key, *node, fmt::format("expected three numbers from {} to {}", -most, most));
     return fine;
 }
 
 Section Section::section(std::string_view key, bool required) {
     const toml::node* node = find(key);
     std::string name = name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
-    if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", name));
+    if (node && !node->is_table()) refuse(key, *node, fmt::format("expected a section [{}]", name));
     if (!node && required) missing(key, fmt::format("section [{}]", name));
     return Section(reading_, node ? node->as_table() : nullptr, std::move(name));
 }
@@ -187,12 +187,12 @@ std::vector<Section> Section::sections(std::string_view key) {
     const toml::node* node = find(key);
     if (!node) return result;
     const toml::array* list = node->as_array();
-    if (!list) refuse(key, *node, fmt::format("sections [[{}]] are accepted", key));
+    if (!list) refuse(key, *node, fmt::format("expected sections [[{}]]", key));
     for (std::size_t i = 0; list && i < list->size(); ++i) {
         if (const toml::table* table = (*list)[i].as_table())
             result.emplace_back(reading_, table, fmt::format("{} {}", key, i + 1));
         else
-            refuse(key, (*list)[i], fmt::format("a section [[{}]] is accepted", key));
+            refuse(key, (*list)[i], fmt::format("expected a section [[{}]]", key));
     }
     return result;
 }

@@ -164,7 +164,7 @@ std::size_t remove_surroundings(CtImage& ct, const std::filesystem::path& file) 
     for (int n = 0; n < thinned; ++n) spread(body, 0);
     if (std::none_of(body.set.begin(), body.set.end(), [](char c) { return c != 0; }))
         refuse_ct(file, "no body was found: nothing thicker than 8 mm is denser than -400 HU",
-                  "a CT in Hounsfield units is accepted");
+                  "expected a CT in Hounsfield units");
     constexpr double large = 0.25;
     keep_large_pieces(body, large);
     for (int n = 0; n < thinned + 1; ++n) spread(body, 1, &tissue);

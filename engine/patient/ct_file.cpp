@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* const accepted_cts =
-    "NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or a folder of DICOM files is accepted";
+    "expected NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or a folder of DICOM files";
 
 bool is_nrrd(const fs::path& path) {
     return path.extension() == ".nrrd" || path.extension() == ".nhdr";
@@ -43,7 +43,7 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
             refuse_ct(path, "no such CT can be read", accepted_cts);
         } else if (!series.empty()) {
             refuse_ct(path, fmt::format("a file was found with series = \"{}\"", series),
-                      "series is accepted with a folder of DICOM files");
+                      "expected 'series' only with a folder of DICOM files");
         } else if (is_nrrd(path)) {
             ct = read_nrrd(path, progress);
         } else if (path.filename().string().ends_with(".nii") ||
@@ -55,7 +55,7 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
     } catch (const fs::filesystem_error& error) {
         refuse_ct(path, error.code().message(), accepted_cts);
     } catch (const std::bad_alloc&) {
-        refuse_ct(path, "there is not enough memory for its samples", "a smaller CT is accepted");
+        refuse_ct(path, "there is not enough memory for its samples", "expected a smaller CT");
     }
     require_hounsfield(path, ct.hu);
     return ct;

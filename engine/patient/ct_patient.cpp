@@ -209,9 +209,8 @@ std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
             if (!(v.cwiseAbs().maxCoeff() <= anatomy::largest_coordinate))
                 throw io::InputError(io::located(
                     wanted.place,
-                    fmt::format(
-                        "{}: a corner at ({:g}, {:g}, {:g}) mm; coordinates up to {:g} mm are accepted",
-                        wanted.file.string(), v.x(), v.y(), v.z(), anatomy::largest_coordinate)));
+                    fmt::format("{}: a corner at ({:g}, {:g}, {:g}) mm; expected coordinates up to {:g} mm",
+                                wanted.file.string(), v.x(), v.y(), v.z(), anatomy::largest_coordinate)));
         }
         if (geometry::signed_volume(layer.mesh) < 0)
             for (auto& triangle : layer.mesh.triangles) std::swap(triangle[1], triangle[2]);

@@ -25,29 +25,29 @@ void require_usable(const fs::path& path, const render::VolumeGrid& grid) {
             refuse_ct(
                 path,
                 fmt::format("{} × {} × {} samples were found", grid.size[0], grid.size[1], grid.size[2]),
-                fmt::format("2 to {} along each axis are accepted", most));
+                fmt::format("expected 2 to {} along each axis", most));
         samples *= n;
     }
     if (samples > most_samples)
         refuse_ct(path, fmt::format("{:.0f} million samples were found", 1e-6 * samples),
-                  fmt::format("up to {:.0f} million are accepted: crop it, or average neighbours",
+                  fmt::format("expected at most {:.0f} million: crop it, or average neighbours",
                               1e-6 * most_samples));
     const geometry::Mat3 axes = grid.axes();
     constexpr double farthest = 1e5;
     if (!axes.allFinite() || !grid.origin.allFinite() || grid.origin.cwiseAbs().maxCoeff() > farthest)
         refuse_ct(path, "its place in space is not finite, or farther than 100 m away",
-                  "origin and steps in mm are accepted");
+                  "expected origin and steps in mm");
     double box = 1;
     for (int a = 0; a < 3; ++a) {
         const double step = axes.col(a).norm();
         box *= step;
         if (!(step >= 0.1 && step <= 10))
             refuse_ct(path, fmt::format("samples {:.4g} mm apart along axis {} were found", step, a + 1),
-                      "0.1 to 10 mm is accepted");
+                      "expected 0.1 to 10 mm");
     }
     if (!(std::abs(axes.determinant()) > 0.1 * box))
         refuse_ct(path, "the directions of its axes lie nearly in one plane",
-                  "axes more or less perpendicular to each other are accepted");
+                  "expected axes more or less perpendicular to each other");
 }
 
 void require_hounsfield(const fs::path& path, const std::vector<std::int16_t>& hu) {
@@ -55,7 +55,7 @@ void require_hounsfield(const fs::path& path, const std::vector<std::int16_t>& h
     constexpr int fat = -100;
     if (*low > fat)
         refuse_ct(path, fmt::format("values from {} to {} were found", *low, *high),
-                  "a CT in Hounsfield units is accepted, with air at -1000 (labels, MR images and raw values "
+                  "expected a CT in Hounsfield units, with air at -1000 (labels, MR images and raw values "
                   "without their rescale are not)");
 }
 
@@ -74,24 +74,24 @@ struct ByteSource::Gzip {
 ByteSource::ByteSource(fs::path path, std::uint64_t offset, bool gzip) : path_(std::move(path)) {
     std::error_code failed;
     const std::uint64_t size = fs::is_regular_file(path_, failed) ? fs::file_size(path_, failed) : 0;
-    if (failed || size == 0) refuse_ct(path_, "no such file can be read, or it is empty", "a CT is accepted");
+    if (failed || size == 0) refuse_ct(path_, "no such file can be read, or it is empty", "expected a CT");
     if (offset > size)
         refuse_ct(path_, fmt::format("the data should begin at byte {}; the file has {}", offset, size),
-                  "a whole file is accepted");
+                  "expected a whole file");
     left_ = size - offset;
     if (gzip) {
         const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
         if (descriptor < 0 || ::lseek(descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
             if (descriptor >= 0) ::close(descriptor);
-            refuse_ct(path_, "no such file can be read", "a CT is accepted");
+            refuse_ct(path_, "no such file can be read", "expected a CT");
         }
         gzip_ = std::make_unique<Gzip>(descriptor);
-        if (!gzip_->file) refuse_ct(path_, "there is no memory to decompress it", "a CT is accepted");
+        if (!gzip_->file) refuse_ct(path_, "there is no memory to decompress it", "expected a CT");
         gzbuffer(gzip_->file, 1 << 18);
     } else {
         plain_.open(path_, std::ios::binary);
         plain_.seekg(static_cast<std::streamoff>(offset));
-        if (!plain_) refuse_ct(path_, "no such file can be read", "a CT is accepted");
+        if (!plain_) refuse_ct(path_, "no such file can be read", "expected a CT");
     }
 }
 
@@ -103,22 +103,21 @@ void ByteSource::require(double bytes) const {
         refuse_ct(path_,
                   fmt::format("its header asks for {:.0f} bytes of samples; {} bytes {}follow", bytes, left_,
                               gzip_ ? "of compressed data " : ""),
-                  "a whole file is accepted");
+                  "expected a whole file");
 }
 
 void ByteSource::read(void* to, std::size_t bytes) {
     char* at = static_cast<char*>(to);
     const auto ended = [&] {
         refuse_ct(path_, fmt::format("the data end after {} of {} bytes", taken_, taken_ + bytes),
-                  "a whole file is accepted");
+                  "expected a whole file");
     };
     while (bytes > 0) {
         std::size_t got = 0;
         if (gzip_) {
             const int read =
                 gzread(gzip_->file, at, static_cast<unsigned>(std::min<std::size_t>(bytes, 1 << 28)));
-            if (read < 0)
-                refuse_ct(path_, "the compressed data are damaged", "a whole gzip file is accepted");
+            if (read < 0) refuse_ct(path_, "the compressed data are damaged", "expected a whole gzip file");
             got = static_cast<std::size_t>(read);
         } else {
             plain_.read(at, static_cast<std::streamsize>(bytes));
@@ -140,7 +139,7 @@ void ByteSource::skip(std::uint64_t bytes) {
 void ByteSource::finish() {
     char beyond;
     if (gzip_ && gzread(gzip_->file, &beyond, 1) < 0)
-        refuse_ct(path_, "the compressed data do not fit their checksum", "a whole gzip file is accepted");
+        refuse_ct(path_, "the compressed data do not fit their checksum", "expected a whole gzip file");
 }
 
 bool is_gzip(const fs::path& path) {
@@ -174,7 +173,7 @@ std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path,
             refuse_ct(path,
                       fmt::format("a value that is not finite was found among samples {} to {}", first,
                                   first + some - 1),
-                      "finite Hounsfield units are accepted");
+                      "expected finite Hounsfield units");
     }
     source.finish();
     return hu;

@@ -227,7 +227,7 @@ void check_dicom_depth(std::string_view bytes, const std::filesystem::path& name
 }
 
 void check_dicom_depth(const std::filesystem::path& file) {
-    check_dicom_depth(io::read_text(file, "DICOM file", "a whole DICOM file is accepted"), file);
+    check_dicom_depth(io::read_text(file, "DICOM file", "expected a whole DICOM file"), file);
 }
 
 }  // namespace patient

@@ -77,7 +77,7 @@ std::array<double, N> numbers_of(const fs::path& path, DcmDataset& data, const D
         const auto number = number_of(data, tag, i);
         if (!number)
             refuse_ct(path, fmt::format("'{}' was found for {}", text_of(data, tag), name),
-                      fmt::format("{} finite numbers are accepted", N));
+                      fmt::format("expected {} finite numbers", N));
         result[i] = *number;
     }
     return result;
@@ -95,8 +95,7 @@ std::optional<Slice> slice_of(const fs::path& path) {
     constexpr Uint32 short_values = 4096;  // longer ones stay in the file: the samples
     if (const OFCondition read = file.loadFile(path.c_str(), EXS_Unknown, EGL_noChange, short_values);
         read.bad())
-        refuse_ct(path, fmt::format("DCMTK cannot read it ({})", read.text()),
-                  "a whole DICOM file is accepted");
+        refuse_ct(path, fmt::format("DCMTK cannot read it ({})", read.text()), "expected a whole DICOM file");
     DcmDataset& data = *file.getDataset();
     if (text_of(data, DCM_Modality) != "CT" || !data.tagExists(DCM_PixelData)) return std::nullopt;
     if (text_of(data, DCM_ImageType).find("LOCALIZER") != std::string::npos) return std::nullopt;
@@ -110,18 +109,18 @@ std::optional<Slice> slice_of(const fs::path& path) {
     if (slice.series.empty()) refuse_ct(path, "no SeriesInstanceUID was found", "one is needed");
     if (number_of(data, DCM_NumberOfFrames, 0).value_or(1) != 1)
         refuse_ct(path, "several frames in one file were found (enhanced CT)",
-                  "a file for each slice is accepted; dcm2niix converts others to NIfTI");
+                  "expected a file for each slice; dcm2niix converts others to NIfTI");
     slice.rows = whole_of(data, DCM_Rows);
     slice.columns = whole_of(data, DCM_Columns);
     if (slice.rows < 2 || slice.columns < 2)
         refuse_ct(path, fmt::format("{} rows and {} columns were found", slice.rows, slice.columns),
-                  "2 or more of each are accepted");
+                  "expected 2 or more of each");
     const int bits = whole_of(data, DCM_BitsAllocated), per_pixel = whole_of(data, DCM_SamplesPerPixel);
     if (bits != 16 || per_pixel != 1 || text_of(data, DCM_PhotometricInterpretation) != "MONOCHROME2")
         refuse_ct(path,
                   fmt::format("{} bits in {} values a sample, '{}', were found", bits, per_pixel,
                               text_of(data, DCM_PhotometricInterpretation)),
-                  "16 bits in one value, MONOCHROME2, are accepted");
+                  "expected 16 bits in one value, MONOCHROME2");
     const auto place = numbers_of<3>(path, data, DCM_ImagePositionPatient, "ImagePositionPatient");
     const auto turn = numbers_of<6>(path, data, DCM_ImageOrientationPatient, "ImageOrientationPatient");
     const auto spacing = numbers_of<2>(path, data, DCM_PixelSpacing, "PixelSpacing");
@@ -134,12 +133,12 @@ std::optional<Slice> slice_of(const fs::path& path) {
         refuse_ct(
             path,
             fmt::format("ImageOrientationPatient '{}' was found", text_of(data, DCM_ImageOrientationPatient)),
-            "two perpendicular unit vectors are accepted");
+            "expected two perpendicular unit vectors");
     slice.row_step = spacing[0];
     slice.column_step = spacing[1];
     if (!(slice.row_step > 0 && slice.column_step > 0))
         refuse_ct(path, fmt::format("PixelSpacing '{}' was found", text_of(data, DCM_PixelSpacing)),
-                  "two numbers above 0 are accepted");
+                  "expected two numbers above 0");
     slice.rescale.slope = numbers_of<1>(path, data, DCM_RescaleSlope, "RescaleSlope")[0];
     slice.rescale.intercept = numbers_of<1>(path, data, DCM_RescaleIntercept, "RescaleIntercept")[0];
     return slice;
@@ -171,9 +170,9 @@ Series chosen(const fs::path& folder, std::map<std::string, Series> all, const s
     if (fitting.size() == 1) return *fitting.front();
     if (wanted.empty())
         refuse_ct(folder, fmt::format("{} series of CT were found", all.size()),
-                  "with series = \"NUMBER, DESCRIPTION or UID\" one of them is accepted:" + listed);
+                  "expected series = \"NUMBER, DESCRIPTION or UID\" of one of them:" + listed);
     refuse_ct(folder, fmt::format("{} series fit '{}'", fitting.size(), wanted),
-              "the number, description or UID of one is accepted:" + listed);
+              "expected the number, description or UID of one:" + listed);
 }
 
 /// Sorts the slices along their normal and finds the step from each to the next.
@@ -188,11 +187,11 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
             (slice.along_column - model.along_column).norm() > slack)
             refuse_ct(slice.file,
                       fmt::format("its size, spacing or orientation is not that of {}", model.file.string()),
-                      "slices of one grid are accepted in a series");
+                      "expected slices of one grid in a series");
     }
     if (series.size() < 2)
         refuse_ct(folder, fmt::format("one slice was found in the series {}", series_text(series)),
-                  "two or more are accepted");
+                  "expected two or more");
     const Vec3 normal = model.along_row.cross(model.along_column).normalized();
     std::sort(series.begin(), series.end(), [&](const Slice& a, const Slice& b) {
         const double da = normal.dot(a.position), db = normal.dot(b.position);
@@ -213,7 +212,7 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
             fmt::format("{:.3f} mm lie between {} and {}, {:.3f} mm between most slices", steps[i],
                         series[i].file.filename().string(), series[i + 1].file.filename().string(), usual);
         refuse_ct(folder, (steps[i] > 1.5 * usual ? "a slice is missing: " : "") + where,
-                  "slices equally far apart, each place once, are accepted");
+                  "expected slices equally far apart, each place once");
     }
     const Vec3 step =
         (series.back().position - series.front().position) / static_cast<double>(series.size() - 1);
@@ -224,7 +223,7 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
         if (off > most)
             refuse_ct(series[i].file,
                       fmt::format("its position is {:.2f} mm beside the line of the others", off),
-                      fmt::format("up to {} mm is accepted", most));
+                      fmt::format("expected at most {} mm", most));
     }
     return step;
 }
@@ -234,7 +233,7 @@ void read_slice(const Slice& slice, std::int16_t* to) {
     DcmFileFormat file;
     if (const OFCondition read = file.loadFile(slice.file.c_str()); read.bad())
         refuse_ct(slice.file, fmt::format("DCMTK cannot read it ({})", read.text()),
-                  "a whole DICOM file is accepted");
+                  "expected a whole DICOM file");
     DcmDataset& data = *file.getDataset();
     if (const OFCondition decoded = data.chooseRepresentation(EXS_LittleEndianExplicit, nullptr);
         decoded.bad())
@@ -242,14 +241,14 @@ void read_slice(const Slice& slice, std::int16_t* to) {
             slice.file,
             fmt::format("samples compressed as '{}' cannot be read ({})",
                         DcmXfer(data.getOriginalXfer()).getXferName(), decoded.text()),
-            "uncompressed samples, RLE, JPEG and JPEG-LS are accepted; 'gdcmconv --raw' decompresses others");
+            "expected uncompressed samples, RLE, JPEG or JPEG-LS; 'gdcmconv --raw' decompresses others");
     const Uint16* words = nullptr;
     unsigned long found = 0;
     const unsigned long needed =
         static_cast<unsigned long>(slice.rows) * static_cast<unsigned long>(slice.columns);
     if (data.findAndGetUint16Array(DCM_PixelData, words, &found).bad() || !words || found < needed)
         refuse_ct(slice.file, fmt::format("{} samples were found", words ? found : 0),
-                  fmt::format("{} × {} are accepted", slice.columns, slice.rows));
+                  fmt::format("expected {} × {}", slice.columns, slice.rows));
     const bool is_signed = whole_of(data, DCM_PixelRepresentation) == 1;
     int stored = whole_of(data, DCM_BitsStored);
     if (stored < 1 || stored > 16) stored = 16;
@@ -258,7 +257,7 @@ void read_slice(const Slice& slice, std::int16_t* to) {
         const auto shifted = static_cast<std::uint16_t>(words[i] << unused);
         const double value = is_signed ? static_cast<std::int16_t>(shifted) >> unused : shifted >> unused;
         const auto hu = as_hu(slice.rescale.slope * value + slice.rescale.intercept);
-        if (!hu) refuse_ct(slice.file, "a value that is not finite was found", "finite values are accepted");
+        if (!hu) refuse_ct(slice.file, "a value that is not finite was found", "expected finite values");
         to[i] = *hu;
     }
 }
@@ -274,7 +273,7 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
         files.push_back(entry.path());
         if (files.size() > most_files)
             refuse_ct(folder, fmt::format("more than {} DICOM files were found", most_files),
-                      "the folder of one examination is accepted");
+                      "expected the folder of one examination");
     }
     std::sort(files.begin(), files.end());
     std::map<std::string, Series> all;
@@ -285,7 +284,7 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
     }
     if (all.empty())
         refuse_ct(folder, fmt::format("no slices of CT were found in {} DICOM files", files.size()),
-                  "a folder of DICOM files is accepted");
+                  "expected a folder of DICOM files");
     Series series = chosen(folder, std::move(all), wanted);
     const Vec3 step = sorted_step(folder, series);
     CtImage ct;
@@ -302,7 +301,7 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
             refuse_ct(slice.file,
                       fmt::format("its header asks for {} × {} samples, more than it can hold", first.columns,
                                   first.rows),
-                      "a whole DICOM file is accepted");
+                      "expected a whole DICOM file");
     ct.hu.resize(ct.grid.count());
     for (std::size_t k = 0; k < series.size(); ++k) {
         if (progress)

@@ -50,7 +50,7 @@ Interpreted interpret(ByteSource& source, const fs::path& path, std::int32_t fir
     source.read(reinterpret_cast<char*>(&header) + sizeof first, sizeof header - sizeof first);
     if (std::memcmp(header.magic, version == 1 ? "n+1" : "n+2", 4) != 0)
         refuse_ct(path, "no mark of NIfTI with its samples in the same file was found",
-                  "one file .nii or .nii.gz is accepted");
+                  "expected one file .nii or .nii.gz");
     if (swapped) swap_nifti_header(&header, version);
     bool fine = header.dim[0] >= 3 && header.dim[0] <= 7;
     for (int a = 1; fine && a <= header.dim[0]; ++a)
@@ -59,19 +59,18 @@ Interpreted interpret(ByteSource& source, const fs::path& path, std::int32_t fir
         refuse_ct(path,
                   fmt::format("an image of {} dimensions, {} × {} × {} × {}, was found", header.dim[0],
                               header.dim[1], header.dim[2], header.dim[3], header.dim[4]),
-                  "three dimensions of up to 32768 samples are accepted");
+                  "expected three dimensions of up to 32768 samples");
     // Beyond those of the image they mean nothing.
     for (int a = header.dim[0] + 1; a < 8; ++a) header.dim[a] = 1;
     if (!sample_type(header.datatype))
         refuse_ct(path, fmt::format("samples of type {} were found", header.datatype),
-                  "whole numbers and floating-point numbers are accepted, one for each sample");
+                  "expected whole numbers and floating-point numbers, one for each sample");
     const double begin = static_cast<double>(header.vox_offset);
     if (!(begin >= sizeof header && begin < 1e8))
         refuse_ct(path, fmt::format("samples that begin at byte {:.4g} were found", begin),
-                  fmt::format("{} to 100000000 is accepted", sizeof header));
+                  fmt::format("expected {} to 100000000", sizeof header));
     Interpreted result{interpreted(header, path.c_str()), swapped, begin};
-    if (!result.image)
-        refuse_ct(path, "libnifti does not accept its header", "a whole .nii file is accepted");
+    if (!result.image) refuse_ct(path, "libnifti does not accept its header", "expected a whole .nii file");
     return result;
 }
 
@@ -80,7 +79,7 @@ render::VolumeGrid nifti_grid(const fs::path& path, const nifti_image& image) {
     grid.size = {static_cast<int>(image.nx), static_cast<int>(image.ny), static_cast<int>(image.nz)};
     if (image.sform_code <= 0 && image.qform_code <= 0)
         refuse_ct(path, "neither its qform nor its sform places it in the patient",
-                  "a file that dcm2niix, 3D Slicer or ITK-SNAP wrote has one and is accepted");
+                  "expected a file that dcm2niix, 3D Slicer or ITK-SNAP wrote, which has one");
     const auto& to_ras = image.sform_code > 0 ? image.sto_xyz : image.qto_xyz;
     double unit = 1;
     if (image.xyz_units == NIFTI_UNITS_METER) unit = 1e3;
@@ -112,7 +111,7 @@ CtImage read_nifti(const fs::path& path, const Progress& progress) {
         header = interpret<nifti_2_header>(source, path, first, turned == size_2);
         taken = size_2;
     } else {
-        refuse_ct(path, "no header of NIfTI was found", "a file .nii or .nii.gz is accepted");
+        refuse_ct(path, "no header of NIfTI was found", "expected a file .nii or .nii.gz");
     }
     const nifti_image& image = *header.image;
     CtImage ct;
@@ -121,7 +120,7 @@ CtImage read_nifti(const fs::path& path, const Progress& progress) {
     Rescale rescale;
     if (image.scl_slope != 0) rescale = {image.scl_slope, image.scl_inter};
     if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
-        refuse_ct(path, "its rescale slope or intercept is not finite", "finite numbers are accepted");
+        refuse_ct(path, "its rescale slope or intercept is not finite", "expected finite numbers");
     source.skip(static_cast<std::uint64_t>(header.data_begin) - taken);
     ct.hu = read_samples(source, path, ct.grid.count(), *sample_type(image.datatype),
                          header.swapped != (std::endian::native == std::endian::big), rescale, progress);

@@ -61,7 +61,7 @@ Header read_header(const fs::path& path) {
     file.read(text.data(), longest);
     text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
     if (!text.starts_with("NRRD000"))
-        refuse_ct(path, "no header of NRRD was found", "a file .nrrd or .nhdr is accepted");
+        refuse_ct(path, "no header of NRRD was found", "expected a file .nrrd or .nhdr");
     Header header{path};
     std::size_t begin = 0;
     while (true) {
@@ -69,7 +69,7 @@ Header read_header(const fs::path& path) {
         if (end == std::string::npos) {
             // A detached header may end without a blank line.
             if (text.size() == longest)
-                refuse_ct(path, "a header of more than 65536 bytes was found", "a shorter one is accepted");
+                refuse_ct(path, "a header of more than 65536 bytes was found", "expected a shorter one");
             header.end = text.size();
         }
         const std::string_view line =
@@ -87,7 +87,7 @@ Header read_header(const fs::path& path) {
             if (key == "byteskip") key = "byte skip";
             if (key == "lineskip") key = "line skip";
             if (!header.fields.emplace(key, trimmed(line.substr(colon + 1))).second)
-                header.refuse(key, "one line of each field is accepted");
+                header.refuse(key, "expected one line of each field");
         }
         if (end == std::string::npos) break;
         begin = end + 1;
@@ -108,7 +108,7 @@ io::NumberType type_of(const Header& header) {
         "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t",
         "float",
         "double"};
-    const char* const accepted = "a type of whole numbers, float or double is accepted";
+    const char* const accepted = "expected a type of whole numbers, float or double";
     const auto type = io::number_type_named(io::lower_case(header.need("type", accepted)), names);
     if (!type) header.refuse("type", accepted);
     return *type;
@@ -116,9 +116,9 @@ io::NumberType type_of(const Header& header) {
 
 render::VolumeGrid nrrd_grid(const Header& header) {
     render::VolumeGrid grid;
-    const char* const three = "three dimensions are accepted";
+    const char* const three = "expected three dimensions";
     if (header.need("dimension", three) != "3") header.refuse("dimension", three);
-    const char* const counts = "three numbers from 2 to 32768 are accepted";
+    const char* const counts = "expected three numbers from 2 to 32768";
     const std::vector<std::string_view> sizes = io::words_of(header.need("sizes", counts));
     for (std::size_t a = 0; a < 3; ++a) {
         const std::optional<int> size = sizes.size() == 3 ? io::parse_integer(sizes[a]) : std::nullopt;
@@ -131,14 +131,14 @@ render::VolumeGrid nrrd_grid(const Header& header) {
         {"right-anterior-superior", {-1, -1, 1}}, {"ras", {-1, -1, 1}},
         {"left-anterior-superior", {1, -1, 1}},   {"las", {1, -1, 1}}};
     const char* const known =
-        "left-posterior-superior, right-anterior-superior or left-anterior-superior is accepted";
+        "expected left-posterior-superior, right-anterior-superior or left-anterior-superior";
     const auto space = spaces.find(io::lower_case(header.need("space", known)));
     if (space == spaces.end()) header.refuse("space", known);
-    const char* const placed = "a vector such as (-120.5,-80,30) is accepted";
+    const char* const placed = "expected a vector such as (-120.5,-80,30)";
     const auto origin = vector_of(header.need("space origin", placed));
     if (!origin) header.refuse("space origin", placed);
     grid.origin = space->second.cwiseProduct(*origin);
-    const char* const directed = "three vectors such as (0.7,0,0) (0,0.7,0) (0,0,1) are accepted";
+    const char* const directed = "expected three vectors such as (0.7,0,0) (0,0.7,0) (0,0,1)";
     std::string_view directions = header.need("space directions", directed);
     for (int a = 0; a < 3; ++a) {
         const std::size_t end = directions.find(')');
@@ -152,7 +152,7 @@ render::VolumeGrid nrrd_grid(const Header& header) {
     if (const auto units = header.fields.find("space units"); units != header.fields.end()) {
         for (const std::string_view unit : io::words_of(units->second))
             if (unit != "\"mm\"" && unit != "mm" && unit != "\"\"")
-                header.refuse("space units", "mm is accepted");
+                header.refuse("space units", "expected mm");
     }
     return grid;
 }
@@ -162,18 +162,18 @@ long long skip_of(const Header& header, const std::string& key, bool from_end) {
     const std::string text = header.given(key, "0");
     const std::optional<int> number = io::parse_integer(text);
     if (!number || *number > 1'000'000'000 || *number < (from_end ? -1 : 0))
-        header.refuse(key, from_end ? "-1 to 1000000000 is accepted" : "0 to 1000000000 is accepted");
+        header.refuse(key, from_end ? "expected -1 to 1000000000" : "expected 0 to 1000000000");
     return *number;
 }
 
 std::vector<std::int16_t> ascii_samples(const fs::path& path, std::uint64_t begin, std::size_t count) {
-    const std::string text = io::read_text(path, "CT", "a whole file is accepted");
+    const std::string text = io::read_text(path, "CT", "expected a whole file");
     std::string_view left = std::string_view(text).substr(std::min<std::uint64_t>(begin, text.size()));
     // At least a digit and what parts it from the next.
     if (2.0 * static_cast<double>(count) - 1 > static_cast<double>(left.size()))
         refuse_ct(path,
                   fmt::format("its header asks for {} samples; {} bytes of text follow", count, left.size()),
-                  "a whole file is accepted");
+                  "expected a whole file");
     std::vector<std::int16_t> hu;
     hu.reserve(count);
     while (hu.size() < count) {
@@ -187,7 +187,7 @@ std::vector<std::int16_t> ascii_samples(const fs::path& path, std::uint64_t begi
             refuse_ct(path,
                       fmt::format("'{}' was found for sample {} of {}",
                                   left.substr(0, std::min<std::size_t>(end, 20)), hu.size(), count),
-                      "a finite number is accepted");
+                      "expected a finite number");
         hu.push_back(*sample);
         left.remove_prefix(end);
     }
@@ -199,7 +199,7 @@ std::optional<fs::path> data_file(const Header& header) {
     if (found == header.fields.end()) return std::nullopt;
     const std::string& name = found->second;
     if (name.empty() || io::lower_case(name).starts_with("list") || name.find('%') != std::string::npos)
-        header.refuse("data file", "the name of one file is accepted");
+        header.refuse("data file", "expected the name of one file");
     return header.path.parent_path() / name;
 }
 
@@ -215,14 +215,14 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
     CtImage ct;
     ct.grid = nrrd_grid(header);
     require_usable(path, ct.grid);
-    const std::string encoding = io::lower_case(header.need("encoding", "raw, gzip or ascii is accepted"));
+    const std::string encoding = io::lower_case(header.need("encoding", "expected raw, gzip or ascii"));
     const bool raw = encoding == "raw", gzip = encoding == "gzip" || encoding == "gz";
     const bool ascii = encoding == "ascii" || encoding == "text" || encoding == "txt";
-    if (!raw && !gzip && !ascii) header.refuse("encoding", "raw, gzip or ascii is accepted");
+    if (!raw && !gzip && !ascii) header.refuse("encoding", "expected raw, gzip or ascii");
     bool big_endian = false;
     if (!ascii && io::size_of(type) > 1) {
-        const std::string endian = io::lower_case(header.need("endian", "little or big is accepted"));
-        if (endian != "little" && endian != "big") header.refuse("endian", "little or big is accepted");
+        const std::string endian = io::lower_case(header.need("endian", "expected little or big"));
+        if (endian != "little" && endian != "big") header.refuse("endian", "expected little or big");
         big_endian = endian == "big";
     }
     const std::optional<fs::path> apart = data_file(header);
@@ -231,9 +231,9 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
     std::uint64_t begin = apart ? 0 : header.end;
     const long long lines = skip_of(header, "line skip", false);
     const long long bytes = skip_of(header, "byte skip", raw);
-    if (lines != 0) header.refuse("line skip", "0 is accepted");
+    if (lines != 0) header.refuse("line skip", "expected 0");
     if (ascii) {
-        if (bytes != 0) header.refuse("byte skip", "0 is accepted with this encoding");
+        if (bytes != 0) header.refuse("byte skip", "expected 0 with this encoding");
         ct.hu = ascii_samples(data, begin, ct.grid.count());
         return ct;
     }
@@ -243,7 +243,7 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
         if (!failed && size < needed)
             refuse_ct(data,
                       fmt::format("its header asks for {} bytes of samples; the file has {}", needed, size),
-                      "a whole file is accepted");
+                      "expected a whole file");
         if (!failed) begin = size - needed;
     } else if (!gzip) {
         begin += static_cast<std::uint64_t>(bytes);

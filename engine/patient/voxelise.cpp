@@ -83,7 +83,7 @@ std::string compressed(const std::string& text, const fs::path& path) {
     z_stream stream{};
     constexpr int gzip_window = 15 + 16, fast = 1, memory = 8;
     if (deflateInit2(&stream, fast, Z_DEFLATED, gzip_window, memory, Z_DEFAULT_STRATEGY) != Z_OK)
-        refuse_ct(path, "there is no memory to compress it", "a smaller CT is accepted");
+        refuse_ct(path, "there is no memory to compress it", "expected a smaller CT");
     std::string result(deflateBound(&stream, text.size()), '\0');
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
     stream.next_out = reinterpret_cast<Bytef*>(result.data());
@@ -154,7 +154,7 @@ void check_ct_name(const fs::path& path) {
     const std::string name = path.filename().string();
     for (const char* ending : {".nii.gz", ".nii", ".nrrd"})
         if (name.ends_with(ending)) return;
-    refuse_ct(path, "another kind of file is wanted", ".nii, .nii.gz or .nrrd is accepted");
+    refuse_ct(path, "another kind of file is wanted", "expected .nii, .nii.gz or .nrrd");
 }
 
 void write_ct(const fs::path& path, const CtImage& ct) {

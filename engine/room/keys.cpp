@@ -104,16 +104,16 @@ private:
                 if (known.size() > 1) words.push_back(known);
             const std::string near = name ? io::nearest_word(*name, words) : std::string();
             reading_.refuse(node.source(),
-                            fmt::format("{} is no key{}; accepted are letters, digits, F1 to F12, {}, ...",
+                            fmt::format("{} is no key{}; expected letters, digits, F1 to F12, {}, ...",
                                         name ? "'" + *name + "'" : "this",
                                         near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near),
                                         "Up, Space, LeftShift, Keypad0, GamepadA"));
             return std::nullopt;
         }
         if (const auto [known, is_new] = claimed_.emplace(*key, by); !is_new) {
-            reading_.refuse(node.source(), fmt::format("'{}' is given to '{}' already; a key that is free is "
-                                                       "accepted",
-                                                       *name, known->second));
+            reading_.refuse(node.source(),
+                            fmt::format("'{}' is given to '{}' already; expected a key that is free", *name,
+                                        known->second));
             return std::nullopt;
         }
         return key;
@@ -262,7 +262,7 @@ KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap
 }
 
 KeyMap load_keys(const std::filesystem::path& path, const KeyMap& base) {
-    const std::string text = io::read_text(path, "a file of keys", "one (.toml) is accepted");
+    const std::string text = io::read_text(path, "a file of keys", "expected one (.toml)");
     return parse_keys(text, path.string(), base);
 }
 

@@ -41,7 +41,7 @@ std::vector<std::string> texts(io::Section& section, std::string_view key) {
                list && !list->empty() && list->is_homogeneous(toml::node_type::string)) {
         for (const toml::node& text : *list) found.push_back(*text.value<std::string>());
     } else {
-        section.refuse(key, *node, "a text or a list of texts is accepted");
+        section.refuse(key, *node, "expected a text or a list of texts");
     }
     return found;
 }
@@ -64,8 +64,7 @@ void read_choices(const toml::node* node, io::Section& section, Choices& choices
     if (!node) return;
     const toml::table* table = node->as_table();
     if (!table) {
-        section.refuse("set", *node,
-                       "a section [run.set] with \"KEY\" = VALUE or a list of values is accepted");
+        section.refuse("set", *node, "expected a section [run.set] with \"KEY\" = VALUE or a list of values");
         return;
     }
     for (const auto& [key, value] : *table) {
@@ -76,7 +75,7 @@ void read_choices(const toml::node* node, io::Section& section, Choices& choices
             values.push_back(toml_text(value));
         if (values.empty())
             section.refuse(fmt::format("set.{}", key.str()), value,
-                           "a value or a list of one or more is accepted");
+                           "expected a value or a list of one or more");
         choices.emplace_back(std::string(key.str()), std::move(values));
     }
 }
@@ -92,7 +91,7 @@ std::string hash_of(const std::vector<BatchJob>& list, const BatchOptions& optio
     std::map<fs::path, std::string> texts;
     const auto content = [&texts](const fs::path& file) -> const std::string& {
         const auto [text, is_new] = texts.try_emplace(file);
-        if (is_new) text->second = io::read_text(file, "file", "one that can be read is accepted");
+        if (is_new) text->second = io::read_text(file, "file", "expected one that can be read");
         return text->second;
     };
     for (const BatchJob& job : list) {
@@ -132,7 +131,7 @@ Asked asked_for(const BatchJob& job, const BatchOptions& options) {
                 script::load_commands(job.commands),
                 {}};
     asked.identity =
-        identity(job, asked.scenario, io::read_text(job.commands, "script", "a script is accepted"), options);
+        identity(job, asked.scenario, io::read_text(job.commands, "script", "expected a script"), options);
     return asked;
 }
 
@@ -209,9 +208,8 @@ void require_no_input_of(const std::vector<BatchJob>& list, const fs::path& out,
         const std::optional<long long> number = io::parse_integer(folder.filename().string());
         if (number && *number >= 1 && *number <= static_cast<long long>(list.size()) &&
             io::same_file(folder, out / run_folder(static_cast<int>(*number))))
-            throw io::InputError(
-                "--out: {} would be replaced, and is read; another output folder is accepted",
-                input.string());
+            throw io::InputError("--out: {} would be replaced, and is read; expected another output folder",
+                                 input.string());
     }
     if (!file.empty()) inputs.push_back(file);
     std::vector<io::Output> outputs;
@@ -236,8 +234,8 @@ fs::path commands_of(const scenario::ExerciseFiles& exercise, const std::string&
                      const fs::path& beside, const BatchOptions& options) {
     if (script == "solution") {
         if (!exercise.solution.empty()) return exercise.solution;
-        throw io::InputError("'{}' has no solution: {}.gw beside {} is accepted", exercise.name,
-                             exercise.name, exercise.file.string());
+        throw io::InputError("'{}' has no solution: expected {}.gw beside {}", exercise.name, exercise.name,
+                             exercise.file.string());
     }
     const fs::path own = beside / script;
     io::require_no_device(own);
@@ -249,15 +247,15 @@ fs::path commands_of(const scenario::ExerciseFiles& exercise, const std::string&
         // What is accepted is told below.
     }
     throw io::InputError(
-        "'{}': no such script; a file beside the list, 'solution', or the name of an exercise that has one "
-        "is accepted",
+        "'{}': no such script; expected a file beside the list, 'solution', or the name of an exercise that "
+        "has one",
         script);
 }
 
 }  // namespace
 
 std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& options) {
-    const std::string text = io::read_text(file, "list of runs", "a .toml file is accepted");
+    const std::string text = io::read_text(file, "list of runs", "expected a .toml file");
     io::Reading reading{file.string(), {}, {}};
     std::vector<BatchJob> jobs;
     const toml::table root = reading.parse(text);
@@ -277,10 +275,10 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
             if (list && !list->empty() && list->is_homogeneous(toml::node_type::integer))
                 for (const toml::node& seed : *list) values.push_back(toml_text(seed));
             else
-                run.refuse("seeds", *seeds, "a list of whole numbers is accepted");
+                run.refuse("seeds", *seeds, "expected a list of whole numbers");
             for (const auto& [key, given] : choices)
                 if (key == "seed")
-                    run.refuse("seeds", *seeds, "seeds, or seed in [run.set], are accepted, one of them");
+                    run.refuse("seeds", *seeds, "expected either 'seeds' or 'seed' in [run.set]");
             choices.emplace_back("seed", std::move(values));
         }
         run.finish();
@@ -322,7 +320,7 @@ BatchResult run_batch(const std::vector<BatchJob>& list, const fs::path& out, co
     std::vector<BatchJob> jobs = list;
     if (asked.shard) {
         if (static_cast<std::size_t>(asked.shard->count) > list.size())
-            throw io::InputError("--shard: {} shards were asked for; up to {}, one a run, are accepted",
+            throw io::InputError("--shard: {} shards were asked for; expected at most {}, one a run",
                                  asked.shard->count, list.size());
         std::erase_if(jobs, [&](const BatchJob& job) { return !is_in(*asked.shard, job.number); });
     }

@@ -39,7 +39,7 @@ struct ShardFolder {
 
 BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, const BatchOptions& options) {
     if (folders.empty())
-        throw io::InputError("batch merge: no folder was given; those of all shards of a list are accepted");
+        throw io::InputError("batch merge: no folder was given; expected those of all shards of a list");
     std::vector<std::optional<ShardFolder>> shards;
     BatchShare first;
     for (const fs::path& folder : folders) {
@@ -50,8 +50,8 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
         }
         if (share.list != first.list || share.shard.count != first.shard.count || share.runs != first.runs)
             throw io::InputError(
-                "{}: a shard of another list, or made by another build of the program, than {}; shards of "
-                "one batch are accepted",
+                "{}: a shard of another list, or made by another build of the program, than {}; expected "
+                "shards of one batch",
                 folder.string(), folders.front().string());
         std::optional<ShardFolder>& place = shards[static_cast<std::size_t>(share.shard.index) - 1];
         if (place)
@@ -77,7 +77,7 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
     }
     std::error_code ignored;
     if (fs::exists(out / "batch.json", ignored))
-        throw io::InputError("{}: runs were found there; a new folder is accepted", out.string());
+        throw io::InputError("{}: runs were found there; expected a new folder", out.string());
     std::vector<std::unique_ptr<io::OwnFolder>> owned;  // a shard that is being made is refused
     for (const std::optional<ShardFolder>& shard : shards)
         owned.push_back(std::make_unique<io::OwnFolder>(shard->folder));

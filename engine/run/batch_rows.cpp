@@ -31,7 +31,7 @@ std::map<int, BatchRow> kept_rows(const fs::path& file) {
     std::map<int, BatchRow> rows;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return rows;
-    const std::string text = io::read_text(file, "batch", "its own is accepted");
+    const std::string text = io::read_text(file, "batch", "expected its own");
     try {
         io::check_json_depth(text, file.string());
         const BatchJson json = BatchJson::parse(text, nullptr, false);
@@ -81,7 +81,7 @@ void write_share(const BatchShare& share, const fs::path& folder) {
 BatchShare read_share(const fs::path& folder) {
     const fs::path file = folder / "shard.json";
     const std::string text =
-        io::read_text(file, "shard", "a folder that 'batch LIST --shard i/n' wrote is accepted");
+        io::read_text(file, "shard", "expected a folder that 'batch LIST --shard i/n' wrote");
     io::check_json_depth(text, file.string());
     const BatchJson json = BatchJson::parse(text, nullptr, false);
     const auto number = [&json](const char* key, std::uint64_t most) -> std::uint64_t {

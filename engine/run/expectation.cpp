@@ -23,8 +23,8 @@ void Expectation::add(const std::filesystem::path& path) {
         const script::CommandScript recording = script::load_commands(path);
         if (recording.checks.empty()) {
             throw io::InputError(path.string() +
-                                 ": no 'state FRAME HASH' line was found; a recording is accepted, or "
-                                 "the output folder of a run");
+                                 ": no 'state FRAME HASH' line was found; expected a recording, or the "
+                                 "output folder of a run");
         }
         add_states(recording);
         origin_ = recording.origin;

@@ -37,13 +37,12 @@ void take_out(const fs::path& file) {
 void refuse_to_overwrite(const fs::path& out, const fs::path& script,
                          const std::optional<fs::path>& expected) {
     if (io::same_file(out / "run.gw", script)) {
-        throw io::InputError(
-            "{}: the run would overwrite its own commands; another output folder is accepted",
-            script.string());
+        throw io::InputError("{}: the run would overwrite its own commands; expected another output folder",
+                             script.string());
     }
     if (expected && (io::same_file(out, *expected) || io::same_file(out / "run.gw", *expected))) {
         throw io::InputError(
-            "{}: the run would overwrite what it is compared with; another output folder is accepted",
+            "{}: the run would overwrite what it is compared with; expected another output folder",
             expected->string());
     }
 }
@@ -59,12 +58,12 @@ void refuse_to_replace(std::span<const fs::path> inputs, const fs::path& out, co
                    is_of_a_frame(file);
         };
         if (!trace.empty() && is_within(trace))
-            throw io::InputError("--trace: {} is a file of the run's own; another file is accepted",
+            throw io::InputError("--trace: {} is a file of the run's own; expected another file",
                                  trace.string());
         for (const fs::path& input : inputs)
             if (is_within(input) || io::same_file(input, out / part))
                 throw io::InputError(
-                    "--out: {} would be removed, and is read; another output folder is accepted",
+                    "--out: {} would be removed, and is read; expected another output folder",
                     input.string());
     }
 }

@@ -70,7 +70,7 @@ void check_writable(const fs::path& file) {
         reason = fmt::format("there is no folder {}", folder.string());
     else
         return io::require_writable(file);
-    throw io::InputError("{}: cannot be written: {}; a file in an existing folder is accepted", file.string(),
+    throw io::InputError("{}: cannot be written: {}; expected a file in an existing folder", file.string(),
                          reason);
 }
 
@@ -86,7 +86,7 @@ constexpr double heaviest = 100;  // load [N/mm]
 void need_above_zero(const char* flag, double value, double most, const char* unit) {
     if (std::isfinite(value) && value > 0 && value <= most) return;
     refuse(flag, fmt::format("'{}' was found", io::number_text(value)),
-           fmt::format("a number above 0 up to {:g} {} is accepted", most, unit));
+           fmt::format("expected a number above 0 up to {:g} {}", most, unit));
 }
 
 void check_numbers(const RelaxRequest& r) {
@@ -99,12 +99,12 @@ void check_numbers(const RelaxRequest& r) {
     if (!std::isfinite(r.wire_diameter) || r.wire_diameter < 0 ||
         r.wire_diameter > physics::DeviceLimits::diameter)
         refuse("--wire-diameter", fmt::format("'{}' was found", io::number_text(r.wire_diameter)),
-               fmt::format("0 to {:g} mm are accepted", physics::DeviceLimits::diameter));
+               fmt::format("expected 0 to {:g} mm", physics::DeviceLimits::diameter));
     if (r.segments && (*r.segments < 2 || *r.segments > most_segments))
         refuse("--segments", fmt::format("'{}' was found", *r.segments),
-               fmt::format("2 to {} segments are accepted", most_segments));
+               fmt::format("expected 2 to {} segments", most_segments));
     if (r.cycles && (*r.cycles < 1 || *r.cycles > 1'000'000))
-        refuse("--cycles", fmt::format("'{}' was found", *r.cycles), "1 to 1000000 cycles are accepted");
+        refuse("--cycles", fmt::format("'{}' was found", *r.cycles), "expected 1 to 1000000 cycles");
 }
 
 /// The numbers of "X,Y,Z", finite ones.
@@ -130,25 +130,25 @@ std::optional<physics::WallVariation> variation_of(const RelaxRequest& r) {
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seed);
         if (error != std::errc())
             refuse("--wall-variation", fmt::format("'{}' was found", word),
-                   "a seed below 2^64, or a file of terms, is accepted");
+                   "expected a seed below 2^64, or a file of terms");
         variation = physics::drawn_variation(seed);
     } else {
         const std::string text = io::read_text(
             word, "--wall-variation",
-            fmt::format("a seed, or a CSV file with the header '{}', is accepted", variation_header));
+            fmt::format("expected a seed, or a CSV file with the header '{}'", variation_header));
         double sum = 0;
         const auto rows = io::parse_csv(text, word, variation_header);
         if (rows.empty() || rows.size() > most_wall_terms)
             refuse(io::located({word, 2, 1}, fmt::format("{} terms were found", rows.size())), "Eq. 41",
-                   fmt::format("1 to {} are accepted", most_wall_terms));
+                   fmt::format("expected 1 to {}", most_wall_terms));
         for (std::size_t i = 0; i < rows.size(); ++i) {
             const int line = static_cast<int>(i) + 2;
             sum += std::abs(rows[i][0]);
             if (sum >= 1)
-                throw io::InputError(io::located(
-                    {word, line, 1}, fmt::format("the shares add up to {:.4g} here, so that the stiffness "
-                                                 "could reach 0; less than 1 is accepted",
-                                                 sum)));
+                throw io::InputError(
+                    io::located({word, line, 1}, fmt::format("the shares add up to {:.4g} here, so that the "
+                                                             "stiffness could reach 0; expected less than 1",
+                                                             sum)));
             variation.terms.push_back({rows[i][0], rows[i][1] * geometry::degree});
         }
     }
@@ -162,7 +162,7 @@ std::optional<physics::WallVariation> variation_of(const RelaxRequest& r) {
 physics::EndCells end_cells(const RelaxRequest& r) {
     if (r.clamp == "half") return physics::EndCells::Half;
     if (r.clamp == "paper") return physics::EndCells::Paper;
-    refuse("--clamp", fmt::format("'{}' was found", r.clamp), "half or paper is accepted");
+    refuse("--clamp", fmt::format("'{}' was found", r.clamp), "expected half or paper");
 }
 
 Vec3 load_of(const RelaxRequest& r) {
@@ -170,29 +170,28 @@ Vec3 load_of(const RelaxRequest& r) {
     const std::optional<Vec3> load = three_numbers(*r.load);
     if (!load || load->norm() > heaviest)
         refuse("--load", fmt::format("'{}' was found", *r.load),
-               fmt::format("three numbers X,Y,Z of a force up to {:g} N/mm are accepted", heaviest));
+               fmt::format("expected three numbers X,Y,Z of a force up to {:g} N/mm", heaviest));
     return *load;
 }
 
 void check_combination(const RelaxRequest& r) {
     if (r.tube.has_value() == r.anatomy.has_value())
-        refuse("--tube, --anatomy", r.tube ? "both were given" : "neither was given",
-               "one of them is accepted");
+        refuse("--tube, --anatomy", r.tube ? "both were given" : "neither was given", "expected one of them");
     if (r.tube && !r.radius) refuse("--radius", "it is missing", "the radius of the tube is needed");
     if (r.anatomy && r.radius) refuse("--radius", "an anatomy has its own radii", "it goes with --tube");
     if (r.branch && !r.anatomy) refuse("--branch", "a tube has no branches", "it goes with --anatomy");
     if (r.wire && (r.segments || r.segment_length))
         refuse("--wire", "the file gives the segments and their length",
-               "either --wire or --segments and --segment-length are accepted");
+               "expected either --wire or --segments and --segment-length");
     if (!r.wire && !(r.segments && r.segment_length))
         refuse(r.segments ? "--segment-length" : "--segments", "it is missing",
-               "either --wire or both --segments and --segment-length are accepted");
+               "expected either --wire or both --segments and --segment-length");
     if (r.push_from && r.wire)
         refuse("--push-from", "a wire from a file has all its segments",
                "it goes with --segments and --segment-length");
     if (r.push_from && (*r.push_from < 2 || *r.push_from >= *r.segments))
         refuse("--push-from", fmt::format("'{}' was found", *r.push_from),
-               fmt::format("2 to {} segments are accepted, fewer than --segments", *r.segments - 1));
+               fmt::format("expected 2 to {} segments, fewer than --segments", *r.segments - 1));
 }
 
 /// Where the wire may start, and the wall that stops it.
@@ -212,19 +211,18 @@ Vessel tube_vessel(const RelaxRequest& r, const std::optional<physics::WallVaria
         refuse(io::located(
                    {file, static_cast<int>(points.size()) + 1, 1},
                    fmt::format("{} point{} found", points.size(), points.size() == 1 ? " was" : "s were")),
-               "a centreline", "two points or more are accepted");
+               "a centreline", "expected two points or more");
     for (std::size_t i = 1; i < points.size(); ++i) {
         if ((points[i] - points[i - 1]).norm() >= 1e-9) continue;
         throw io::InputError(
             io::located({file, static_cast<int>(i) + 2, 1},
-                        "the point repeats the line before; points 1e-9 mm apart or more are "
-                        "accepted"));
+                        "the point repeats the line before; expected points 1e-9 mm apart or more"));
     }
     if (!physics::enters(r.wire_diameter, *r.radius))
         refuse("--radius",
                fmt::format("a tube of radius {:g} mm does not take a wire of diameter {:g} mm", *r.radius,
                            r.wire_diameter),
-               fmt::format("a radius above {:g} mm is accepted", 0.5 * r.wire_diameter));
+               fmt::format("expected a radius above {:g} mm", 0.5 * r.wire_diameter));
     if (variation) vessel.stiffness = variation->of(r.wall_stiffness, geometry::length_of(points));
     vessel.wall =
         std::make_unique<physics::TubeWall>(points, *r.radius, vessel.stiffness, 0.5 * r.wire_diameter);
@@ -260,7 +258,7 @@ Vessel anatomy_vessel(const RelaxRequest& r, const std::optional<physics::WallVa
                fmt::format("branch '{}' is {:.3g} mm wide at its narrowest and does not take a wire of "
                            "diameter {:g} mm",
                            branch->name, 2 * narrowest, r.wire_diameter),
-               "a thinner wire is accepted");
+               "expected a thinner wire");
     const auto kind = r.wall == "mesh" ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
     const physics::WallStiffness stiffness = anatomy::stiffness_of(anatomy, r.wall_stiffness, variation);
     return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name),
@@ -273,11 +271,11 @@ Chain wire_through(const Polyline& joints, const std::string& file, double rigid
     if (joints.size() < 3)
         throw io::InputError(
             io::located({file, static_cast<int>(joints.size()) + 1, 1},
-                        fmt::format("{} joints were found; 3 or more are accepted", joints.size())));
+                        fmt::format("{} joints were found; expected 3 or more", joints.size())));
     if (joints.size() > most_segments + 1)
         throw io::InputError(io::located(
             {file, most_segments + 3, 1},
-            fmt::format("{} joints were found; up to {} are accepted", joints.size(), most_segments + 1)));
+            fmt::format("{} joints were found; expected at most {}", joints.size(), most_segments + 1)));
     std::vector<double> lengths;
     std::vector<Vec3> tangents;
     for (std::size_t i = 1; i < joints.size(); ++i) {
@@ -292,12 +290,11 @@ Chain wire_through(const Polyline& joints, const std::string& file, double rigid
         if (usual > 0 && std::abs(lengths[i] - usual) <= spacing * usual) continue;
         throw io::InputError(io::located(
             {file, static_cast<int>(i) + 3, 1},
-            fmt::format(
-                "joints {} and {} are {:.6g} mm apart, others {:.6g} mm; equal distances are accepted", i,
-                i + 1, lengths[i], usual)));
+            fmt::format("joints {} and {} are {:.6g} mm apart, others {:.6g} mm; expected equal distances", i,
+                        i + 1, lengths[i], usual)));
     }
     if (!(usual <= physics::DeviceLimits::segment_length))
-        throw io::InputError("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file, usual,
+        throw io::InputError("{}: joints are {:.6g} mm apart; expected at most {:g} mm", file, usual,
                              physics::DeviceLimits::segment_length);
     return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
 }
@@ -324,14 +321,14 @@ Chain wire_on(const Vessel& vessel, int segments, double segment_length, double 
     while (fits > 0 && distance_to(vessel.path, wire.joints[fits]) > limit) --fits;
     refuse("--segments",
            fmt::format("{} segments of {:g} mm leave the end of {}", segments, segment_length, vessel.name),
-           fmt::format("up to {} are accepted", fits));
+           fmt::format("expected at most {}", fits));
 }
 
 Vec3 direction(const std::string& text) {
     const Vec3 u = three_numbers(text).value_or(Vec3::Zero());
     if (u.isZero(0))
         refuse("--entry-direction", fmt::format("'{}' was found", text),
-               "three numbers X,Y,Z that are not all zero are accepted");
+               "expected three numbers X,Y,Z that are not all zero");
     return u.stableNormalized();
 }
 
@@ -345,14 +342,14 @@ void check_inside(const Vessel& vessel, const Chain& wire, const std::string& na
             const double out = d.dot(end.outward_normal);
             if (out > 1e-6 && out < 4 * end.radius && d.norm() < 4 * end.radius)
                 refuse(name, fmt::format("joint {} is {:.3g} mm beyond the open end '{}'", i, out, end.name),
-                       "a wire that starts inside the lumen is accepted");
+                       "expected a wire that starts inside the lumen");
         }
         const double most = pressed_in * contacts[i].room;
         if (contacts[i].penetration <= most) continue;
         refuse(name,
                fmt::format("joint {} starts {:.5g} mm outside the lumen of {}", i, contacts[i].penetration,
                            vessel.name),
-               fmt::format("inside, or up to {:.5g} mm in the wall, is accepted", most));
+               fmt::format("expected inside, or up to {:.5g} mm in the wall", most));
     }
 }
 

@@ -18,8 +18,8 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
     if (const auto wrong = render::problems(arm); !wrong.empty())
         throw io::InputError(io::joined(wrong, "; "));
     if (script.end && request.frame > *script.end) {
-        throw io::InputError("frame {} was asked for; the script ends at {}: 0 to {} are accepted",
-                             request.frame, *script.end, *script.end);
+        throw io::InputError("frame {} was asked for; the script ends at {}: expected 0 to {}", request.frame,
+                             *script.end, *script.end);
     }
     exercise::Simulation simulation(scenario, cache, &script);
     for (int frame = 0; frame <= request.frame; ++frame) {
@@ -58,8 +58,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
 }
 
 void check_still(const std::filesystem::path& path) {
-    if (path.extension() != ".png")
-        throw io::InputError(path.string() + ": a picture named .png is accepted");
+    if (path.extension() != ".png") throw io::InputError(path.string() + ": expected a picture named .png");
     std::error_code ignored;
     if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), ignored))
         throw io::InputError("{}: cannot be written: there is no folder {}", path.string(),

@@ -101,7 +101,7 @@ Benchmarks parse_benchmarks(const std::string& text, const std::string& file) {
 }
 
 Benchmarks load_benchmarks(const std::filesystem::path& path) {
-    return parse_benchmarks(io::read_text(path, "benchmark", "a file named benchmark.toml is accepted"),
+    return parse_benchmarks(io::read_text(path, "benchmark", "expected a file named benchmark.toml"),
                             path.string());
 }
 

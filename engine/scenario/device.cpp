@@ -82,7 +82,7 @@ void check_static_values(io::Section& section, Device& d) {
         if (const toml::node* node = section.find(f.static_key); node && f.still != 0 && f.still < f.slides)
             section.refuse(
                 f.static_key, *node,
-                fmt::format("0, or a value that is not below '{}', {:g}, is accepted", f.key, f.slides));
+                fmt::format("expected 0, or a value that is not below '{}', {:g}", f.key, f.slides));
     });
 }
 
@@ -239,11 +239,11 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     read_sources(top.section("sources", true), given, d);
     top.finish();
     if (d.inner_diameter >= d.outer_diameter)
-        top.refuse_whole(fmt::format("a lumen of {:g} mm in a device of {:g} mm; a narrower one is accepted",
+        top.refuse_whole(fmt::format("a lumen of {:g} mm in a device of {:g} mm; expected a narrower one",
                                      d.inner_diameter, d.outer_diameter));
     if (physics::shaped_length(d) > d.length)
         top.refuse_whole(
-            fmt::format("a shape {:g} mm long at the end of a device of {:g} mm; a shorter one is accepted",
+            fmt::format("a shape {:g} mm long at the end of a device of {:g} mm; expected a shorter one",
                         physics::shaped_length(d), d.length));
     reading.end();
     if (const auto wrong = physics::problems(d); !wrong.empty())
@@ -293,7 +293,7 @@ void override_device(io::Section& section, Device& d) {
 }
 
 Device load_device(const std::filesystem::path& path) {
-    return parse_device(io::read_text(path, "device", "a .toml file is accepted"), path);
+    return parse_device(io::read_text(path, "device", "expected a .toml file"), path);
 }
 
 std::vector<std::filesystem::path> device_files(const std::filesystem::path& folder) {
@@ -313,7 +313,7 @@ std::filesystem::path find_device(const std::string& path_or_name, const std::fi
         if (file.stem() == path_or_name) return file;
         names.push_back(file.stem().string());
     }
-    throw io::InputError("'{}' is no device; a file (.toml) or one of these is accepted: {}", path_or_name,
+    throw io::InputError("'{}' is no device; expected a file (.toml) or one of these: {}", path_or_name,
                          io::joined(names));
 }
 
@@ -386,7 +386,7 @@ Polyline free_shape(const Device& d, double straight) {
 
 void draw_device(const Device& d, const std::filesystem::path& png) {
     if (png.extension() != ".png")
-        throw io::InputError(png.string() + ": a file name that ends in .png is accepted");
+        throw io::InputError(png.string() + ": expected a file name that ends in .png");
     const io::ScratchFolder scratch;
     std::string shape, stiffness;
     for (const Vec3& p : free_shape(d, std::max(15.0, 0.4 * physics::shaped_length(d))))
@@ -427,7 +427,7 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
     if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
         throw io::InputError("no picture of " + d.name + ": " + notice);
     io::write_whole(
-        png, io::read_text(scratch.path() / "device.png", "picture", "one that gnuplot drew is accepted"));
+        png, io::read_text(scratch.path() / "device.png", "picture", "expected one that gnuplot drew"));
 }
 
 }  // namespace scenario

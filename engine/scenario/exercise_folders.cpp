@@ -29,7 +29,7 @@ bool is_file(const fs::path& file) {
 bool is_scenario(const fs::path& file) {
     try {
         const io::Reading reading{file.string(), {}, {}};
-        const toml::table root = reading.parse(io::read_text(file, "scenario", "a .toml file is accepted"));
+        const toml::table root = reading.parse(io::read_text(file, "scenario", "expected a .toml file"));
         return root.contains("entry") || root.contains("target");
     } catch (const io::InputError&) {
         return true;
@@ -138,7 +138,7 @@ ExerciseFiles ExerciseFolders::find(const std::string& path_or_name) const {
     for (const ExerciseFiles& one : all()) names.push_back(one.name);
     const std::vector<std::string_view> words(names.begin(), names.end());
     throw io::InputError(
-        "{}: no such scenario{} in {}; a .toml file, --exercises FOLDER, or one of these is accepted: {}",
+        "{}: no such scenario{} in {}; expected a .toml file, --exercises FOLDER, or one of these: {}",
         path_or_name, io::suggestion(path_or_name, words), text(), io::joined(names));
 }
 
@@ -146,9 +146,8 @@ ExerciseFiles ExerciseFolders::of_recording(const script::CommandScript& recordi
                                             const fs::path& catalogue) const {
     const std::string name = recording.origin ? recording.origin->scenario : "";
     if (name.empty())
-        throw io::InputError(
-            "{}: it does not say which scenario it is of; --scenario NAME or FILE is accepted",
-            recording.file);
+        throw io::InputError("{}: it does not say which scenario it is of; expected --scenario NAME or FILE",
+                             recording.file);
     // A name out of a recording is no path.
     if (name.find('/') != std::string::npos || name.starts_with("."))
         throw io::InputError("{}: '{}' is no scenario's name", recording.file, name);
@@ -160,8 +159,8 @@ ExerciseFiles ExerciseFolders::of_recording(const script::CommandScript& recordi
         if (is_file(folder / (name + ".toml"))) known.push_back(folder / (name + ".toml"));
     if (known.empty())
         throw io::InputError(
-            "{} is of '{}', which was not found in {}, nor beside it or in the folder above: "
-            "--exercises FOLDER or --scenario FILE is accepted",
+            "{} is of '{}', which was not found in {}, nor beside it or in the folder above: expected "
+            "--exercises FOLDER or --scenario FILE",
             recording.file, name, text());
     if (known.size() > 1 && recording.origin->scenario_hash != 0)
         for (const fs::path& file : known) try {

@@ -27,15 +27,14 @@ LessonStep read_step(io::Section step) {
     const std::span<const std::string_view> names = script::practice_names();
     const toml::array* list = node->as_array();
     if (!list || list->empty())
-        step.refuse("practise", *node, "a list of one or more of these is accepted: " + io::joined(names));
+        step.refuse("practise", *node, "expected a list of one or more of these: " + io::joined(names));
     else
         for (const toml::node& item : *list) {
             const std::string name = item.value<std::string>().value_or("");
             const auto found = std::ranges::find(names, name);
             if (found == names.end())
-                step.refuse(
-                    "practise", item,
-                    fmt::format("accepted are{}: {}", io::suggestion(name, names), io::joined(names)));
+                step.refuse("practise", item,
+                            fmt::format("expected{}: {}", io::suggestion(name, names), io::joined(names)));
             else
                 read.practise.push_back(static_cast<script::Practice>(found - names.begin()));
         }
@@ -67,7 +66,7 @@ void read_disease(io::Section& patient, LessonPatient& read) {
         if (!node) continue;
         const toml::array* tables = node->as_array();
         if (!tables || tables->empty() || !tables->is_homogeneous(toml::node_type::table)) {
-            patient.refuse(key, *node, fmt::format("tables as [[anatomy.{}]] are accepted", key));
+            patient.refuse(key, *node, fmt::format("expected tables as [[anatomy.{}]]", key));
             continue;
         }
         read.values.emplace_back(key, inline_text(*tables));
@@ -128,7 +127,7 @@ void read_lesson(io::Section lesson, Lesson& into) {
     if (const toml::node* node = lesson.find("hints")) {
         const toml::array* hints = node->as_array();
         if (!hints || !hints->is_homogeneous(toml::node_type::string))
-            lesson.refuse("hints", *node, "a list of sentences is accepted");
+            lesson.refuse("hints", *node, "expected a list of sentences");
         else
             for (const toml::node& hint : *hints) into.hints.push_back(*hint.value<std::string>());
     }

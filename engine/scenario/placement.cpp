@@ -31,11 +31,11 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy, const Reach& re
     ModelChoice choice = choose_model(anatomy, reach, within, s.wire().device, s.refinement.curve_tolerance,
                                       s.tube.has_value(), s.thickest_radius());
     if (s.wall_model == WallModel::Auto && choice.wall == WallModel::Auto)
-        throw io::InputError(io::located(
-            s.place("wall.model"), fmt::format("no distance field of this lumen can be made: {}; model = "
-                                               "\"mesh\" under [wall] is accepted: planes, on which frames "
-                                               "need not end at rest",
-                                               choice.wall_reason)));
+        throw io::InputError(
+            io::located(s.place("wall.model"),
+                        fmt::format("no distance field of this lumen can be made: {}; expected model = "
+                                    "\"mesh\" under [wall]: planes, on which frames need not end at rest",
+                                    choice.wall_reason)));
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
     if (s.choose_segment_length) {
         s.wall_stiffness *= choice.segment_length / s.segment_length;  // the same per length of wire
@@ -66,10 +66,9 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
         if (!physics::enters(thickness, narrowest))
             throw io::InputError(io::located(
                 s.place_of(placed, "diameter_mm"),
-                fmt::format(
-                    "a {0} of diameter {1} mm does not enter at '{2}', which is {3:.3g} mm wide as far as "
-                    "{4:g} mm of it start inside; a thinner {0} is accepted",
-                    placed.name(), thickness, s.entry.end, 2 * narrowest, placed.inserted)));
+                fmt::format("a {0} of diameter {1} mm does not enter at '{2}', which is {3:.3g} mm wide as "
+                            "far as {4:g} mm of it start inside; expected a thinner {0}",
+                            placed.name(), thickness, s.entry.end, 2 * narrowest, placed.inserted)));
         if (placed.inserted > length + 1e-6 && placed.role != script::Held::Wire)
             throw io::InputError(io::located(
                 s.place_of(placed, "inserted_mm"),
@@ -78,11 +77,10 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
     }
     const double least = physics::least_length({s.segment_length}), inserted = s.wire().inserted;
     if (inserted < least * (1 - 1e-9) || inserted > length + 1e-6) {
-        throw io::InputError(
-            io::located(s.place("entry.inserted_mm"),
-                        fmt::format("{} mm of wire cannot start inside; {} mm (two segments) to {:.4g} mm "
-                                    "(the way from '{}') are accepted",
-                                    inserted, least, length, s.entry.end)));
+        throw io::InputError(io::located(s.place("entry.inserted_mm"),
+                                         fmt::format("{} mm of wire cannot start inside; expected {} mm (two "
+                                                     "segments) to {:.4g} mm (the way from '{}')",
+                                                     inserted, least, length, s.entry.end)));
     }
     return entry;
 }
@@ -91,11 +89,10 @@ Vec3 target_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
     if (s.target.centre) {
         if (anatomy::inside(anatomy, *s.target.centre)) return *s.target.centre;
         const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, *s.target.centre);
-        throw io::InputError(
-            io::located(s.place("target.centre_mm"),
-                        fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
-                                    "place inside a vessel is accepted",
-                                    place.distance, anatomy.branches[place.branch].name)));
+        throw io::InputError(io::located(s.place("target.centre_mm"),
+                                         fmt::format("the target is outside the anatomy, {:.3g} mm from the "
+                                                     "wall of '{}'; expected a place inside a vessel",
+                                                     place.distance, anatomy.branches[place.branch].name)));
     }
     std::vector<std::string> names;
     for (const anatomy::VesselTarget& known : anatomy.targets) {

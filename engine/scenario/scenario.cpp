@@ -45,18 +45,17 @@ void device_problems(const Scenario& s, const Say& say) {
                                              physics::DeviceLimits::friction, placed.name(),
                                              device.holding_friction(), s.wall_friction));
         if (!placed.pinned && device.holding_valve_friction() == 0)
-            say(section + ".pinned",
-                fmt::format("a {} that is not pinned needs a valve that holds it; pinned = false is accepted "
-                            "with valve_friction_N above 0",
-                            placed.name()));
+            say(section + ".pinned", fmt::format("a {} that is not pinned needs a valve that holds it; "
+                                                 "expected valve_friction_N above 0 with pinned = false",
+                                                 placed.name()));
         const bool innermost = k == 0;
         if (placed.inserted > device.length)
             say(innermost ? "entry.inserted_mm" : section + ".inserted_mm",
-                fmt::format("a {} of {:g} mm cannot be in by {:g} mm; up to its length is accepted",
+                fmt::format("a {} of {:g} mm cannot be in by {:g} mm; expected at most its length",
                             placed.name(), device.length, placed.inserted));
         if (!innermost && s.devices[k - 1].device.outer_diameter >= device.inner_diameter)
             say(s.devices[k - 1].section + ".diameter_mm",
-                fmt::format("a {} of {:g} mm does not fit a {}'s lumen of {:g} mm; a thinner one is accepted",
+                fmt::format("a {} of {:g} mm does not fit a {}'s lumen of {:g} mm; expected a thinner one",
                             s.devices[k - 1].name(), s.devices[k - 1].device.outer_diameter, placed.name(),
                             device.inner_diameter));
     }
@@ -69,11 +68,11 @@ void device_problems(const Scenario& s, const Say& say) {
     }
     if (const std::string why = physics::why_not(s.relaxer.kind, on_this_wall); !why.empty())
         say("relaxer.kind", why +
-                                "; kind = \"global\", or devices that are frictionless = true and torsion = "
-                                "\"rigid\" in [chain], are accepted");
+                                "; expected kind = \"global\", or devices that are frictionless = true and "
+                                "torsion = \"rigid\" in [chain]");
     if (s.entry.sheath > 0 && s.entry.sheath < 2 * s.thickest_radius())
         say("entry.sheath_F",
-            fmt::format("a sheath of {:g} F does not take a device of {:g} mm; {:g} F or more is accepted",
+            fmt::format("a sheath of {:g} F does not take a device of {:g} mm; expected {:g} F or more",
                         s.entry.sheath / french, 2 * s.thickest_radius(), s.usual_sheath() / french));
     if (s.devices.size() > physics::most_devices)
         say(s.devices.back().section, fmt::format("expected up to {} devices on one centreline, found {}",
@@ -113,7 +112,7 @@ std::vector<std::string> problems(const Scenario& s) {
         found.push_back(io::located(s.place(key), text));
     };
     if (int{!s.anatomy.empty()} + int{s.vessels.has_value()} + int{s.tube.has_value()} != 1) {
-        say("", "either 'anatomy', a file, or [anatomy], to be grown, or [tube] is accepted, one of them");
+        say("", "expected one of 'anatomy' (a file), [anatomy] (to be grown) and [tube]");
     }
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
@@ -122,15 +121,15 @@ std::vector<std::string> problems(const Scenario& s) {
         say("imaging.pulse_rate_hz", script::too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
     if (s.motion.moves() && !s.imaging.patient) {
         say("motion",
-            "[motion] moves vessels before a body that stands still; [imaging] patient = true is "
-            "accepted with it");
+            "[motion] moves vessels before a body that stands still; expected [imaging] patient = true with "
+            "it");
     }
     if (s.tissue.rigid == false && s.relaxer.kind != physics::RelaxerKind::Global)
         say("tissue",
-            "[tissue] moves vessels, which only the relaxer \"global\" knows; [tissue] rigid = true is "
-            "accepted with another one");
+            "[tissue] moves vessels, which only the relaxer \"global\" knows; expected [tissue] rigid = true "
+            "with another one");
     if (s.wall_model == WallModel::Analytic && !s.tube) {
-        say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
+        say("wall.model", "an anatomy has no analytic wall; expected auto, distance-field, mesh");
     }
     if (s.target.name.empty() == !s.target.centre) {
         say("target", "[target] takes either 'name' or 'centre_mm', one of them");
@@ -142,14 +141,12 @@ std::vector<std::string> problems(const Scenario& s) {
         // A path of one long helix after the other asked for gigabytes.
         const double length = anatomy::length(s.tube->path);
         if (length > longest_tube)
-            say("tube.path",
-                fmt::format("{:.0f} mm in all; up to {:.0f} are accepted", length, longest_tube));
+            say("tube.path", fmt::format("{:.0f} mm in all; expected at most {:.0f}", length, longest_tube));
         else if (2 * s.tube->around * length / s.tube->step > most_tube_triangles)
             say("tube.step_mm",
-                fmt::format(
-                    "{:.1f} million triangles would follow; up to {:.0f} million are accepted: a larger "
-                    "step_mm or fewer around",
-                    2e-6 * s.tube->around * length / s.tube->step, 1e-6 * most_tube_triangles));
+                fmt::format("{:.1f} million triangles would follow; expected at most {:.0f} million: a "
+                            "larger step_mm or fewer around",
+                            2e-6 * s.tube->around * length / s.tube->step, 1e-6 * most_tube_triangles));
         for (const PlacedDevice& placed : s.devices)
             if (placed.starts_inside() && !physics::enters(placed.device.outer_diameter, s.tube->radius))
                 say("tube.radius_mm",

@@ -40,11 +40,11 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
     if (const toml::node* path = tube.find("path")) {
         const toml::array* moves = path->as_array();
         if (!moves || moves->empty())
-            tube.refuse("path", *path, "a list of moves {run_mm = …} or {arc_radius_mm = …} is accepted");
+            tube.refuse("path", *path, "expected a list of moves {run_mm = …} or {arc_radius_mm = …}");
         for (std::size_t i = 0; moves && i < moves->size(); ++i) {
             const toml::table* table = (*moves)[i].as_table();
             if (!table) {
-                tube.refuse("path", (*moves)[i], "a move {run_mm = …} or {arc_radius_mm = …} is accepted");
+                tube.refuse("path", (*moves)[i], "expected a move {run_mm = …} or {arc_radius_mm = …}");
                 continue;
             }
             io::Section move(reading, table, fmt::format("tube.path {}", i + 1));
@@ -58,7 +58,7 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
                 move.number("angle_deg", arc.angle, {-720, 720}, geometry::degree);
                 move.point("axis", arc.axis, 1e3);
                 if (arc.axis.norm() < 1e-6)
-                    move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
+                    move.refuse("axis", *table->get("axis"), "expected an axis other than zero");
                 if (!table->contains("angle_deg")) move.missing("angle_deg", "angle_deg of the arc");
                 s.tube->path.push_back(arc);
             }
@@ -252,7 +252,7 @@ void read_variation(io::Section section, Scenario& s) {
     if (!seed && !terms)
         section.missing("seed", "seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...]");
     else if (seed && terms)
-        section.refuse("terms", *terms, "either 'seed' or 'terms' is accepted, one of them");
+        section.refuse("terms", *terms, "expected either 'seed' or 'terms'");
     if (seed) {
         const double length = variation.length;
         variation = physics::drawn_variation(number);
@@ -260,9 +260,9 @@ void read_variation(io::Section section, Scenario& s) {
     } else if (terms) {
         const toml::array* rows = terms->as_array();
         if (!rows || rows->empty() || rows->size() > most_wall_terms)
-            section.refuse("terms", *terms,
-                           fmt::format("1 to {} pairs [amplitude share, phase in degrees] are accepted",
-                                       most_wall_terms));
+            section.refuse(
+                "terms", *terms,
+                fmt::format("expected 1 to {} pairs [amplitude share, phase in degrees]", most_wall_terms));
         else
             for (const toml::node& row : *rows) {
                 const auto term = read_term(row);
@@ -270,13 +270,13 @@ void read_variation(io::Section section, Scenario& s) {
                     variation.terms.push_back(*term);
                 else
                     section.refuse("terms", row,
-                                   "a pair [amplitude share, phase in degrees] is accepted, the share above "
-                                   "-1 and below 1, the phase from -360 to 360");
+                                   "expected a pair [amplitude share, phase in degrees], the share above -1 "
+                                   "and below 1, the phase from -360 to 360");
             }
         if (const double sum = variation.sum(); sum >= 1)
             section.refuse("terms", *terms,
                            fmt::format("the shares add up to {:.4g}, so that the stiffness could reach 0; "
-                                       "shares that add up to less than 1 are accepted",
+                                       "expected shares that add up to less than 1",
                                        sum));
     }
     section.finish();
@@ -330,7 +330,7 @@ void read_anatomy(io::Section& top, io::Reading& reading, Scenario& s) {
     } else if (std::string file; node->is_string() && top.word("anatomy", file)) {
         s.anatomy = std::filesystem::path(reading.file).parent_path() / file;
     } else {
-        top.refuse("anatomy", *node, "a file NAME.anatomy.json or a section [anatomy] is accepted");
+        top.refuse("anatomy", *node, "expected a file NAME.anatomy.json or a section [anatomy]");
     }
 }
 
@@ -345,7 +345,7 @@ void read_imaging(io::Section imaging, Scenario& s) {
         if (rate && script::is_pulse_rate(*rate))
             s.imaging.pulse_rate = *rate;
         else
-            imaging.refuse("pulse_rate_hz", *node, script::pulse_rates_text() + " is accepted");
+            imaging.refuse("pulse_rate_hz", *node, "expected " + script::pulse_rates_text());
     }
     imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, render::largest_iodine});
     imaging.flag("patient", s.imaging.patient);
@@ -368,7 +368,7 @@ void read_patient(io::Section section, const std::filesystem::path& file, Scenar
     if (section.word("ct", name)) files.ct = folder / name;
     const toml::node* series = section.find("series");
     if (section.word("series", files.series) && !ct)
-        section.refuse("series", *series, "it is accepted with ct = \"FOLDER of DICOM files\"");
+        section.refuse("series", *series, "expected it only with ct = \"FOLDER of DICOM files\"");
     section.flag("keep_table", files.keep_table);
     section.flag("keep_contrast", files.keep_contrast);
     section.point("shift_mm", files.shift, 1e4);
@@ -509,10 +509,9 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     read_contrast(top.section("contrast", false), s);
     read_lesson(top.section("lesson", false), s.lesson);
     if (const toml::node* par = top.find("par"))
-        reading.refuse(par->source(),
-                       fmt::format("[par] is accepted no more: attempts are measured by skilled ones; "
-                                   "'seldinger benchmark' makes {} of recordings",
-                                   benchmark_file));
+        reading.refuse(par->source(), fmt::format("[par] is no longer read: attempts are measured by skilled "
+                                                  "ones; 'seldinger benchmark' makes {} of recordings",
+                                                  benchmark_file));
     top.finish();
     s.content = content_of(root, s);
 }
@@ -526,10 +525,10 @@ void put(toml::table& root, const Override& with) {
     try {
         parsed = toml::parse("value = " + with.value, fmt::format("{} = {}", with.key, with.value));
     } catch (const toml::parse_error& error) {
-        refuse(fmt::format("this is not TOML: {}; KEY=VALUE is accepted, a text in quotes",
-                           error.description()));
+        refuse(
+            fmt::format("this is not TOML: {}; expected KEY=VALUE, a text in quotes", error.description()));
     }
-    if (parsed.size() != 1 || !parsed.contains("value")) refuse("one value is accepted");
+    if (parsed.size() != 1 || !parsed.contains("value")) refuse("expected one value");
     toml::table* table = &root;
     std::string_view left = with.key;
     for (std::size_t dot; (dot = left.find('.')) != std::string_view::npos; left.remove_prefix(dot + 1)) {
@@ -538,7 +537,7 @@ void put(toml::table& root, const Override& with) {
         table = table->get(section)->as_table();
         if (!table) refuse(fmt::format("'{}' is no section", section));
     }
-    if (left.empty()) refuse("a key such as guidewire.friction is accepted");
+    if (left.empty()) refuse("expected a key such as guidewire.friction");
     parsed.get("value")->visit([&](auto& value) { table->insert_or_assign(left, std::move(value)); });
 }
 
@@ -567,7 +566,7 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
 
 Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& catalogue,
                        std::span<const Override> overrides, const std::string& patient) {
-    const std::string text = io::read_text(path, "scenario", "a .toml file is accepted");
+    const std::string text = io::read_text(path, "scenario", "expected a .toml file");
     Scenario s = parse_scenario(text, path, catalogue, overrides);
     if (!patient.empty() && patient != "1") {
         const LessonPatient wanted = patient_of(s, patient);

@@ -214,9 +214,8 @@ std::string pulse_rates_text() {
 }
 
 std::string too_many_pulses(double rate, double frame_rate) {
-    return fmt::format(
-        "{} pulses per second were asked for; up to {}, the scenario's frame rate, are accepted",
-        io::number_text(rate), io::number_text(frame_rate));
+    return fmt::format("{} pulses per second were asked for; expected at most {}, the scenario's frame rate",
+                       io::number_text(rate), io::number_text(frame_rate));
 }
 
 std::span<const TimedCommand> CommandScript::at(int frame) const {
@@ -247,10 +246,10 @@ std::vector<std::string> problems(const CommandScript& script, const render::CAr
         if (const ShiftMask* shift = std::get_if<ShiftMask>(&timed.command)) {
             const double most = largest_shift_share * start.pixels;
             if (std::max(std::abs(shift->x), std::abs(shift->y)) > most)
-                found.push_back(io::located(
-                    timed.place, fmt::format("'{}' was found; up to {} pixels, a quarter of the image, are "
-                                             "accepted in either direction",
-                                             to_text(timed.command), io::number_text(most))));
+                found.push_back(
+                    io::located(timed.place, fmt::format("'{}' was found; expected at most {} pixels, a "
+                                                         "quarter of the image, in either direction",
+                                                         to_text(timed.command), io::number_text(most))));
         }
         const MoveArm* move = std::get_if<MoveArm>(&timed.command);
         if (!move) continue;

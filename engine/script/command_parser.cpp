@@ -54,8 +54,7 @@ public:
         throw Refusal{word.column, fmt::format("'{}' was found; {}", word.text, accepted)};
     }
     double number(double least, double most, std::string_view unit) {
-        const std::string accepted =
-            fmt::format("a number from {} to {} is accepted, in {}", least, most, unit);
+        const std::string accepted = fmt::format("expected a number from {} to {}, in {}", least, most, unit);
         const Word& word = take(accepted);
         const std::optional<double> read = io::parse_number(word.text);
         if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also rejects NaN
@@ -68,9 +67,9 @@ public:
         return is;
     }
     void unit(std::string_view accepted) {
-        exactly(accepted, fmt::format("the unit '{}' is accepted", accepted));
+        exactly(accepted, fmt::format("expected the unit '{}'", accepted));
     }
-    void word(std::string_view accepted) { exactly(accepted, fmt::format("'{}' is accepted", accepted)); }
+    void word(std::string_view accepted) { exactly(accepted, fmt::format("expected '{}'", accepted)); }
     double amount(double least, double most, std::string_view accepted) {
         const double value = number(least, most, accepted);
         unit(accepted);
@@ -87,10 +86,10 @@ public:
         return static_cast<std::size_t>(found - words.begin());
     }
     bool either(std::string_view yes, std::string_view no) {
-        return choice(std::array{yes, no}, fmt::format("'{}' or '{}' is accepted", yes, no)) == 0;
+        return choice(std::array{yes, no}, fmt::format("expected '{}' or '{}'", yes, no)) == 0;
     }
     void finish() const {
-        if (!done()) refuse(words_[next_], "nothing more is accepted on this line");
+        if (!done()) refuse(words_[next_], "expected the end of the line");
     }
 
 private:
@@ -108,7 +107,7 @@ int frame_number(const Word& word, std::string_view text) {
     const std::optional<int> frame = io::parse_integer(text);
     if (!frame || *frame < 0 || *frame > largest_frame) {
         Line::refuse(word,
-                     fmt::format("a frame number from 0 to {}, or FIRST..LAST, is accepted", largest_frame));
+                     fmt::format("expected a frame number from 0 to {}, or FIRST..LAST", largest_frame));
     }
     return *frame;
 }
@@ -118,7 +117,7 @@ MoveArm arm_command(Line& line) {
     constexpr double reach = Limits::isocentre;
     MoveArm move;
     do {
-        const std::string accepted = "accepted are: " + io::joined(arm_words);
+        const std::string accepted = "expected " + io::joined(arm_words);
         const Word& word = line.take(accepted);
         if (word.text == "lao")
             move.lao = line.amount(Limits::lao, "deg") * geometry::degree;
@@ -161,10 +160,9 @@ Inject inject_command(Line& line) {
         inject.introducer = line.next_is("introducer");
         if (!inject.introducer) inject.through = device(line, 1);  // a wire has no lumen
     } else {
-        const Word& word = line.take("'into' with a branch, or 'through catheter', is accepted");
-        if (word.text != "into")
-            Line::refuse(word, "'into' with a branch, or 'through catheter', is accepted");
-        inject.branch = line.take("the name of a branch is accepted").text;
+        const Word& word = line.take("expected 'into' with a branch, or 'through catheter'");
+        if (word.text != "into") Line::refuse(word, "expected 'into' with a branch, or 'through catheter'");
+        inject.branch = line.take("expected the name of a branch").text;
     }
     if (!line.done()) {
         line.word("of");
@@ -175,11 +173,11 @@ Inject inject_command(Line& line) {
 
 Exchange exchange_command(Line& line) {
     line.word("wire");
-    return {std::string(line.take("the name of a wire of the catalogue, or its file, is accepted").text)};
+    return {std::string(line.take("expected the name of a wire of the catalogue, or its file").text)};
 }
 
 SetPulseRate pulse_command(Line& line) {
-    const std::string accepted = pulse_rates_text() + " is accepted, per second";
+    const std::string accepted = "expected " + pulse_rates_text() + ", per second";
     const Word& word = line.take(accepted);
     const std::optional<double> rate = io::parse_number(word.text);
     if (!rate || !is_pulse_rate(*rate)) Line::refuse(word, accepted);
@@ -189,8 +187,7 @@ SetPulseRate pulse_command(Line& line) {
 }
 
 SetMode mode_command(Line& line) {
-    return {
-        static_cast<ImagingMode>(line.choice(imaging_modes, "accepted are: " + io::joined(imaging_modes)))};
+    return {static_cast<ImagingMode>(line.choice(imaging_modes, "expected " + io::joined(imaging_modes)))};
 }
 
 Collimate collimate_command(Line& line) {
@@ -211,7 +208,7 @@ ShiftMask shift_command(Line& line) {
     ShiftMask shift;
     if (line.next_is("by")) shift.way = ShiftMask::Way::By;
     const std::string accepted = fmt::format(
-        "{}two numbers from {} to {} are accepted, in pixels to the right and down",
+        "expected {}two numbers from {} to {}, in pixels to the right and down",
         shift.way == ShiftMask::Way::To ? "'auto', 'off' or " : "", -largest_shift, largest_shift);
     for (double* const way : {&shift.x, &shift.y}) {
         const Word& word = line.take(accepted);
@@ -226,16 +223,16 @@ ShiftMask shift_command(Line& line) {
 /// "of LRA", or "in LRA" for a thrombus.
 std::string branch_of(Line& line, ComplicationKind kind) {
     line.word(preposition(kind));
-    return std::string(line.take("the name of a branch is accepted").text);
+    return std::string(line.take("expected the name of a branch").text);
 }
 
 Complicate complication_command(Line& line) {
     Complicate set;
     set.kind = static_cast<ComplicationKind>(
-        line.choice(complication_names, "accepted are: " + io::joined(complication_names)));
+        line.choice(complication_names, "expected " + io::joined(complication_names)));
     if (set.kind == ComplicationKind::Breath) {
-        set.breath = static_cast<BreathManner>(
-            line.choice(breath_manners, "accepted are: " + io::joined(breath_manners)));
+        set.breath =
+            static_cast<BreathManner>(line.choice(breath_manners, "expected " + io::joined(breath_manners)));
         return set;
     }
     const bool spasm = set.kind == ComplicationKind::Spasm, thrombus = set.kind == ComplicationKind::Thrombus;
@@ -260,7 +257,7 @@ Relieve relieve_command(Line& line) {
     const auto of_branches = std::span(complication_names).first(3);
     Relieve relieve;
     relieve.kind = static_cast<ComplicationKind>(
-        line.choice(of_branches, "accepted are: " + io::joined(of_branches) + ", all"));
+        line.choice(of_branches, "expected " + io::joined(of_branches) + ", all"));
     relieve.branch = branch_of(line, *relieve.kind);
     return relieve;
 }
@@ -300,7 +297,7 @@ constexpr Verb verbs[] = {
      [](Line& l) -> Command {
          using Thing = TeacherAct::Thing;
          if (l.next_is("paused")) return TeacherAct{Thing::Paused};
-         const auto thing = l.choice(teacher_things, "accepted are: paused, " + io::joined(teacher_things));
+         const auto thing = l.choice(teacher_things, "expected paused, " + io::joined(teacher_things));
          return TeacherAct{static_cast<Thing>(thing), l.either("on", "off")};
      }},
     {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
@@ -415,9 +412,11 @@ private:
              {"program ", "scenario ", "anatomy ", "patient ", "practice ", "learner ", "date "}) {
             if (!takes(key)) continue;
             if (!script_.origin || last_frame_ > 0 || !script_.commands.empty())
-                throw Refusal{1, fmt::format("'{}' was found; it is accepted at the start of a recording, "
-                                             "after 'recording {}'",
-                                             key.substr(0, key.size() - 1), recording_schema)};
+                throw Refusal{
+                    1,
+                    fmt::format(
+                        "'{}' was found; expected it only at the start of a recording, after 'recording {}'",
+                        key.substr(0, key.size() - 1), recording_schema)};
             origin(key, text);
             return true;
         }
@@ -442,9 +441,9 @@ private:
         const int column = static_cast<int>(key.size()) + 1;
         if (key == "learner ") {
             if (!is_learner_in_file(text))
-                throw Refusal{column, fmt::format("a name of at most {} bytes without control characters is "
-                                                  "accepted",
-                                                  longest_learner)};
+                throw Refusal{column,
+                              fmt::format("expected a name of at most {} bytes without control characters",
+                                          longest_learner)};
             origin.learner = text;
             return;
         }
@@ -465,12 +464,11 @@ private:
         if (key == "date ") {
             origin.date = parse_date(text);
             if (!origin.date)
-                throw Refusal{column,
-                              "a time such as 2026-11-26T20:31:05Z is accepted, from the year 1970 on"};
+                throw Refusal{column, "expected a time such as 2026-11-26T20:31:05Z, from the year 1970 on"};
             return;
         }
         const auto hash = io::parse_hash(text.substr(0, 16));
-        if (!hash) throw Refusal{column, "a hash of 16 hexadecimal digits is accepted"};
+        if (!hash) throw Refusal{column, "expected a hash of 16 hexadecimal digits"};
         const std::string_view name = text.size() > 17 ? text.substr(17) : std::string_view();
         if (key == "program ") {
             origin.program = name;
@@ -492,25 +490,23 @@ private:
         const int from = frame_number(first, first.text.substr(0, dots));
         const int to =
             dots == std::string_view::npos ? from : frame_number(first, first.text.substr(dots + 2));
-        if (to < from) Line::refuse(first, "a range that ends at or after its first frame is accepted");
+        if (to < from) Line::refuse(first, "expected a range that ends at or after its first frame");
         if (from < last_start_) {
-            Line::refuse(first, fmt::format("frames stand in order: {} or later is accepted", last_start_));
+            Line::refuse(first, fmt::format("frames must be in order; expected {} or later", last_start_));
         }
         if (script_.end && to > *script_.end) {
             Line::refuse(first,
-                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
         }
         last_start_ = from;
-        const Word& verb = line.take("accepted are: " + io::joined(known_verbs()));
+        const Word& verb = line.take("expected " + io::joined(known_verbs()));
         place_.column = verb.column;
         if (verb.text == "end") {
             line.finish();
             if (to < last_frame_) {
-                Line::refuse(
-                    first,
-                    fmt::format("the run ends before frame {}, which has a command, a state or a comment; "
-                                "{} or later is accepted",
-                                last_frame_, last_frame_));
+                Line::refuse(first, fmt::format("the run ends before frame {}, which has a command, a state "
+                                                "or a comment; expected {} or later",
+                                                last_frame_, last_frame_));
             }
             script_.end = to;
             return;
@@ -519,25 +515,25 @@ private:
         line.finish();
         last_frame_ = std::max(last_frame_, to);
         if (script_.commands.size() + static_cast<std::size_t>(to - from) >= most_commands) {
-            Line::refuse(first, fmt::format("{} commands in all are accepted", most_commands));
+            Line::refuse(first, fmt::format("expected {} commands in all", most_commands));
         }
         for (int frame = from; frame <= to; ++frame) script_.commands.push_back({frame, read, place_});
     }
 
     void state(Line& line) {
-        const Word& frame_word = line.take("the frame of the state is accepted");
+        const Word& frame_word = line.take("expected the frame of the state");
         const int frame = frame_number(frame_word, frame_word.text);
-        const Word& hash_word = line.take("a hash of 16 hexadecimal digits is accepted");
+        const Word& hash_word = line.take("expected a hash of 16 hexadecimal digits");
         const std::optional<std::uint64_t> hash = io::parse_hash(hash_word.text);
-        if (!hash) Line::refuse(hash_word, "a hash of 16 hexadecimal digits is accepted");
+        if (!hash) Line::refuse(hash_word, "expected a hash of 16 hexadecimal digits");
         line.finish();
         if (!script_.checks.empty() && frame < script_.checks.back().frame) {
-            Line::refuse(frame_word, fmt::format("frames stand in order: {} or later is accepted",
+            Line::refuse(frame_word, fmt::format("frames must be in order; expected {} or later",
                                                  script_.checks.back().frame));
         }
         if (script_.end && frame > *script_.end) {
             Line::refuse(frame_word,
-                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
         }
         last_frame_ = std::max(last_frame_, frame);
         script_.checks.push_back({frame, *hash, place_});
@@ -554,15 +550,14 @@ private:
         const int frame = frame_number(word, word.text);
         if (script_.end && frame > *script_.end)
             Line::refuse(word,
-                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
         const std::string_view said = text.substr(std::min(end + 1, text.size()));
         if (!is_comment(said))
-            throw Refusal{
-                static_cast<int>(end) + 2,
-                fmt::format("a text of 1 to {} bytes of UTF-8 without control characters is accepted",
-                            longest_comment)};
+            throw Refusal{static_cast<int>(end) + 2,
+                          fmt::format("expected a text of 1 to {} bytes of UTF-8 without control characters",
+                                      longest_comment)};
         if (script_.comments.size() >= most_comments)
-            Line::refuse(word, fmt::format("{} comments in all are accepted", most_comments));
+            Line::refuse(word, fmt::format("expected {} comments in all", most_comments));
         last_frame_ = std::max(last_frame_, frame);
         script_.comments.push_back({frame, std::string(said)});
     }
@@ -619,7 +614,7 @@ std::string_view CommandScript::caption_at(int frame) const {
 }
 
 CommandScript load_commands(const std::filesystem::path& path) {
-    return parse_commands(io::read_text(path, "command file", "lines of 'frame verb arguments' are accepted"),
+    return parse_commands(io::read_text(path, "command file", "expected lines of 'frame verb arguments'"),
                           path.string());
 }
 

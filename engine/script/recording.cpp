@@ -97,7 +97,7 @@ std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& pl
         if (it->is_regular_file(error) && it->path().extension() == ".gw")
             found.emplace_back(time_of(it->path()), it->path());
     if (found.empty())
-        throw io::InputError("{}: there are no recordings in it; files ending in .gw are accepted",
+        throw io::InputError("{}: there are no recordings in it; expected files ending in .gw",
                              place.string());
     std::sort(found.begin(), found.end());
     std::vector<fs::path> files;

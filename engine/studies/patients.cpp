@@ -396,7 +396,7 @@ StudyResult run_patients(const StudyOptions& options) {
     result.claim(
         "draws rejected, because vessels ran into each other or bent too tightly, of all [%]", 0.0,
         100.0 * rejected / (rejected + grown), rejected < 0.25 * (rejected + grown),
-        "up to a quarter is accepted: dimensions are kept and only angles and bends drawn again, six times");
+        "expected at most a quarter: dimensions are kept and only angles and bends drawn again, six times");
     if (surfaces > 0)
         result.claim("surfaces that could not be generated, or cross themselves", 0.0, broken.size(),
                      broken.empty(), broken.empty() ? "" : broken.front());

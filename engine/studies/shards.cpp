@@ -47,7 +47,7 @@ Json identity(const Study& study, const StudyOptions& options, int shards) {
 
 Json load(const std::filesystem::path& file) {
     const std::string text =
-        io::read_text(file, "shard", "a folder that 'study ID --shard i/n' wrote is accepted");
+        io::read_text(file, "shard", "expected a folder that 'study ID --shard i/n' wrote");
     io::check_json_depth(text, file.string());
     const Json json = Json::parse(text, nullptr, false);
     const auto has = [&](const char* key, auto is) { return json.contains(key) && (json[key].*is)(); };
@@ -74,7 +74,7 @@ Rows rows_of(const Json& json, const std::filesystem::path& file, int index) {
         rows.push_back(row.get<std::vector<double>>());
     }
     if (static_cast<int>(rows.size()) != last - first)
-        refuse(file, fmt::format("{} rows were found; {} are accepted: run the shard again", rows.size(),
+        refuse(file, fmt::format("{} rows were found; expected {}: run the shard again", rows.size(),
                                  last - first));
     return rows;
 }
@@ -85,7 +85,7 @@ void check_same_run(const Json& own, const Json& expected, const std::filesystem
         if (own[key] == value) continue;
         const std::string shown = value.is_array() ? "others" : value.dump();
         const std::string found = own[key].is_array() ? "" : " " + own[key].dump();
-        refuse(file, fmt::format("{}{} was found where {} has {}; shards of one run are accepted", key, found,
+        refuse(file, fmt::format("{}{} was found where {} has {}; expected shards of one run", key, found,
                                  than, shown));
     }
 }
@@ -97,7 +97,7 @@ void run_shard(const Study& study, const io::Shard& shard, const std::filesystem
     const PieceWork& work = pieces_of(study);
     const int pieces = work.pieces(options);
     if (shard.count > pieces)
-        throw io::InputError("--shard: {} shards were asked for; up to {}, one a piece, are accepted",
+        throw io::InputError("--shard: {} shards were asked for; expected at most {}, one a piece",
                              shard.count, pieces);
     const io::OwnFolder own(out);
     Json json = identity(study, options, shard.count);
@@ -110,8 +110,7 @@ void run_shard(const Study& study, const io::Shard& shard, const std::filesystem
 std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
                                       const std::filesystem::path& out, const StudyOptions& options) {
     if (folders.empty())
-        throw io::InputError(
-            "study merge: no folder was given; the folders of all shards of a run are accepted");
+        throw io::InputError("study merge: no folder was given; expected the folders of all shards of a run");
     StudyOptions of_run = options;
     const Study* study = nullptr;
     Json expected;
@@ -135,7 +134,7 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         if (index < 1 || index > shards.size()) refuse(file, "the shard is damaged; run it again");
         if (shards[index - 1])
             refuse(file,
-                   fmt::format("shard {}/{} was given twice; each once is accepted", index, shards.size()));
+                   fmt::format("shard {}/{} was given twice; expected each once", index, shards.size()));
         shards[index - 1] = rows_of(json, file, static_cast<int>(index));
     }
     Rows rows;
@@ -145,7 +144,7 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         if (shards[i]) rows.insert(rows.end(), shards[i]->begin(), shards[i]->end());
     }
     if (!missing.empty())
-        throw io::InputError("study merge: {} missing: {}; the folders of all shards are accepted",
+        throw io::InputError("study merge: {} missing: {}; expected the folders of all shards",
                              missing.size() == 1 ? "a shard is" : "shards are", io::joined(missing));
     const io::OwnFolder own(out);
     return write_study(*study, study->in_pieces->finish(of_run, rows), out);

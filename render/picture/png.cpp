@@ -158,7 +158,7 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
     Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
     image.pixels.resize(static_cast<std::size_t>(png.width) * png.height * kind.channels);
     if (png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) == 0) {
-        refuse(path, "is damaged: " + finding(png) + "; a whole PNG is accepted");
+        refuse(path, "is damaged: " + finding(png) + "; expected a whole PNG");
     }
     return image;
 }

@@ -394,10 +394,10 @@ void require_closed(const std::string& name, const TriangleMesh& mesh) {
 }
 
 OverlappingMeshError::OverlappingMeshError(const std::string& name, int pixels, int covered)
-    : std::runtime_error("the mesh '" + name + "' overlaps itself or is inside out: " +
-                         std::to_string(pixels) + " of the " + std::to_string(covered) +
-                         " pixels that it covers in a view are unbalanced on the way; up to one in a hundred "
-                         "is accepted"),
+    : std::runtime_error(
+          "the mesh '" + name + "' overlaps itself or is inside out: " + std::to_string(pixels) + " of the " +
+          std::to_string(covered) +
+          " pixels that it covers in a view are unbalanced on the way; expected at most one in a hundred"),
       pixels_(pixels) {}
 
 void require_simple(const std::string& name, const TriangleMesh& mesh) {

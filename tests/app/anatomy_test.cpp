@@ -83,13 +83,13 @@ TEST_F(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     expect_refused(folder, {folder / "x.toml", "--out", out, "--stenosis", "mian:15:8:50"},
                    "(is 'main' meant?)");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--stenosis", "main:35:8:50"},
-                   "0 to 30.0 mm is accepted");
+                   "expected 0 to 30.0 mm");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--name", "a/b"},
                    "a file name without a folder");
-    expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: 'x' was found; f or m is accepted");
+    expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: 'x' was found; expected f or m");
     expect_refused(folder, {"rca", "--out", out, "--age", "7"}, "--age");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--sex", "f"},
-                   "they are accepted for a preset's patient");
+                   "expected they for a preset's patient");
     write(folder / "out", "in the way");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "cannot be written");
 }
@@ -146,7 +146,7 @@ TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
         EXPECT_FALSE(std::filesystem::exists(folder / "out"));
     };
     write(folder / "x.stl", "not a mesh");
-    refused({folder / "x.stl", "--out", folder / "out"}, "--unit mm, cm or m is accepted");
+    refused({folder / "x.stl", "--out", folder / "out"}, "expected --unit mm, cm or m");
     refused({folder / "x.stl", "--unit", "mm", "--out", folder / "out"}, "a whole binary STL");
     refused({folder / "x.vtp", "--unit", "mm", "--out", folder / "out"}, "no such mesh can be read");
     refused({folder / "x.stl", "--unit", "mm", "--out", folder / "out", "--name", "a/b"}, "without a folder");
@@ -156,15 +156,15 @@ TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
     const auto with = [&](const std::vector<std::string>& more, const std::string& expected) {
         refused(test::joined(known, more), expected);
     };
-    with({"--axes", "ra"}, "--axes: 'ra' was found; lps or ras is accepted");
-    with({"--rotate", "90"}, "AXIS:DEG such as z:90 is accepted");
+    with({"--axes", "ra"}, "--axes: 'ra' was found; expected lps or ras");
+    with({"--rotate", "90"}, "expected AXIS:DEG such as z:90");
     with({"--scale", "-1"}, "--scale: -1 was found");
-    with({"--body", "leg"}, "pelvis, abdomen, chest or head is accepted");
+    with({"--body", "leg"}, "expected pelvis, abdomen, chest or head");
     with({"--landmark", "1,2,3"}, "--landmark was given without --body");
-    with({"--name", "a", "--name", "b"}, "one is accepted, and END=X,Y,Z for each end");
+    with({"--name", "a", "--name", "b"}, "expected one, and END=X,Y,Z for each end");
     with({"--scenario", folder / "none/x.toml"}, "none/x.toml: cannot be written: No such file");
     with({"--scenario", folder / "x.obj"}, "would overwrite what is read");
-    with({"--name", "a=1,2"}, "NAME=X,Y,Z in mm is accepted");
+    with({"--name", "a=1,2"}, "expected NAME=X,Y,Z in mm");
     const Outcome over =
         run(folder, {"anatomy", "import", folder / "x.stl", "--unit", "mm", "--out", folder.path()});
     test::expect_said(over.error, "would be overwritten");

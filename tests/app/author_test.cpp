@@ -142,7 +142,7 @@ TEST_F(Author, RecordingsThatAreNoSolutionAreRefusedAndNothingIsWritten) {
     refused("bad.gw", "bad.gw:1:");
     refused("still.gw", "expected motions of a device, found none");
     refused("short.gw", "it does not reach the target: its tip is ");
-    refused("other/run.gw", "it is a recording of 's_bend'; one of 'small' is accepted");
+    refused("other/run.gw", "it is a recording of 's_bend'; expected one of 'small'");
     refused("missing.gw", "missing.gw");
     expect_refused(run({"author", "own/small.toml"}), "found none; --from RECORDING makes one");
     expect_refused(run({"author", "s_bend", "--from", "other/run.gw"}),

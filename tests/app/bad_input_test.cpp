@@ -40,7 +40,7 @@ TEST_F(BadInput, ScriptsThatCannotBeMadeAreToldWithLineAndColumn) {
         {"3 advance 5 cm\n", "x.gw:1:13: 'cm' was found; the unit 'mm'"},
         {"9 beam on\n3 beam off\n", "x.gw:2:1: '3' was found"},
         {"3 advance nan mm\n", "x.gw:1:11: 'nan' was found"},
-        {"3 advance 1e9 mm\n", "a number from 0 to 500 is accepted"},
+        {"3 advance 1e9 mm\n", "expected a number from 0 to 500"},
         {"3 arm sid 500 mm sod 1500 mm\n", "x.gw:1:3"},
         {"3 inject 5 ml at 5 ml/s into nowhere\n", "x.gw:1:3: contrast cannot go into 'nowhere'"},
         {"3 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n", "x.gw:2:3: 150 ml"},
@@ -57,8 +57,8 @@ TEST_F(BadInput, ScenariosThatCannotBeSetUpAreToldWithTheKey) {
         const char *scenario, *from, *to, *expected;
     };
     for (const Case& c : std::vector<Case>{
-             {"s_bend", "pixels = 256", "pixels = 0", "a whole number from 32 to 2048 is accepted"},
-             {"s_bend", "pixels = 256", "pixels = 100000", "a whole number from 32 to 2048 is accepted"},
+             {"s_bend", "pixels = 256", "pixels = 0", "expected a whole number from 32 to 2048"},
+             {"s_bend", "pixels = 256", "pixels = 100000", "expected a whole number from 32 to 2048"},
              {"s_bend", "sid_mm = 1100.0", "sid_mm = 700.0",
               "the isocentre must lie between source and detector"},
              {"s_bend", "inserted_mm", "insertd_mm", ": unknown key 'insertd_mm' in [entry]"},

@@ -217,13 +217,13 @@ TEST_F(RelaxRefuses, NumbersThatNoWireHas) {
     for (const char* flag : {"--rigidity", "--wall-stiffness"})
         for (const char* value : {"0", "-1", "1e12", "nan"})
             expect_refused({flag, value}, std::string(flag) + ": '");
-    expect_refused({"--segments", "1"}, "--segments: '1' was found; 2 to 20000 segments are accepted");
+    expect_refused({"--segments", "1"}, "--segments: '1' was found; expected 2 to 20000 segments");
     expect_refused({"--entry-direction", "0,0,0"}, "--entry-direction: '0,0,0' was found");
-    expect_refused({"--clamp", "hinge"}, "--clamp: 'hinge' was found; half or paper is accepted");
+    expect_refused({"--clamp", "hinge"}, "--clamp: 'hinge' was found; expected half or paper");
     for (const char* load : {"1,2", "0,0,nan", "0,0,x", "-60,-60,-60", "inf,0,0"})
         expect_refused({"--load", load},
                        std::string("--load: '") + load +
-                           "' was found; three numbers X,Y,Z of a force up to 100 N/mm are accepted");
+                           "' was found; expected three numbers X,Y,Z of a force up to 100 N/mm");
     expect_refused({"--cycles", "0"}, "--cycles: '0'");
     expect_refused({"--tolerance", "-1"}, "--tolerance: '-1'");
     expect_refused({"--push-from", "40"}, "--push-from: '40' was found; 2 to 39 segments");

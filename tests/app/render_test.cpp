@@ -46,7 +46,7 @@ TEST_F(Render, AnglesModesFramesAndContrastThereAreNotAreRefused) {
     expect_render_refused({"--lao", "nan"}, "--lao: 'nan' was found");
     expect_render_refused({"--mode", "cine"}, "live,dsa,roadmap");
     expect_render_refused({"--frame", "-1"}, "--frame");
-    expect_render_refused({"--frame", "40000"}, "the script ends at 40: 0 to 40 are accepted");
+    expect_render_refused({"--frame", "40000"}, "the script ends at 40: expected 0 to 40");
     expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");
 }
 

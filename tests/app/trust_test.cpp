@@ -176,7 +176,7 @@ TEST_F(Trust, FifosAndDevicesAreRefusedByEveryReader) {
     std::string body = test::small_toml;
     body.replace(body.find("patient = false"), 15, "[patient]\nct = \"x.nii\"");
     write(folder / "ct.toml", body);
-    const std::string is_fifo = " is a FIFO; a regular file is accepted";
+    const std::string is_fifo = " is a FIFO; expected a regular file";
     for (const Words& words :
          std::vector<Words>{{"run", toml, "--commands", script, "--out", out},
                             s_bend_run(out, {}, gw),
@@ -207,7 +207,7 @@ TEST_F(Trust, FifosAndDevicesAreRefusedByEveryReader) {
     for (const Words& words : std::vector<Words>{{"run", "/dev/zero", "--commands", script, "--out", out},
                                                  {"score", "/dev/zero"},
                                                  {"anatomy", "check", "/dev/zero"}})
-        expect_refused_at_once(words, "/dev/zero: is a device; a regular file is accepted");
+        expect_refused_at_once(words, "/dev/zero: is a device; expected a regular file");
 }
 
 TEST_F(Trust, NumbersThatAreNotFiniteAreRefused) {
@@ -229,7 +229,7 @@ TEST_F(Trust, NamesThatAreFoldersAreRefused) {
     for (const char* name : {".", "..", "a/b", "/tmp/x"})
         expect_refused_at_once(
             {"anatomy", "generate", "iliac-renal", "--name", name, "--out", folder / "out"},
-            "a file name without a folder is accepted");
+            "expected a file name without a folder");
 }
 
 TEST_F(Trust, FullStandardOutputIsToldWithExitCodeTwo) {

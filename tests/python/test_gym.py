@@ -181,7 +181,7 @@ def test_rewards_are_the_sum_of_their_parts(cache):
     ({"randomize": {"target": [3]}}, "a list of branches"), ({"randomize": {"target": ["nowhere"]}}, "nowhere.*accepted"),
     ({"randomize": {"c_arm_deg": "x"}}, "0 to 45"), ({"randomize": {"c_arm_deg": float("nan")}}, "0 to 45"),
     ({"randomize": {"scenario": []}}, "a scenario or a list"), ({"randomize": {"scenario": 5}}, "a scenario or a list"),
-    ({"randomize": {"scenario": ["kidney"]}}, "kidney"), ({"randomize": "x"}, "a dict is accepted"),
+    ({"randomize": {"scenario": ["kidney"]}}, "kidney"), ({"randomize": "x"}, "expected a dict"),
     ({"obs": 5}, "obs: 5"), ({"set": [1]}, "a dict of keys"), ({"cache": 5}, "a folder"),
     ({"frame_skip": 10 ** 6 + 1}, "frame_skip.* 1 to 1000000"), ({"frame_skip": 1.5}, "frame_skip"),
     ({"image_size": 31}, "image_size.* 32 to 2048"), ({"image_size": 4096}, "image_size"),

@@ -27,7 +27,7 @@ def assets() -> Path:
     for folder in folders:
         if (folder / "scenarios").is_dir():
             return folder
-    raise InputError(f"{folders[0]}: no folder of assets was found; one with scenarios/ and devices/ is accepted")
+    raise InputError(f"{folders[0]}: no folder of assets was found; expected one with scenarios/ and devices/")
 
 
 def scenarios() -> list[str]:
@@ -47,7 +47,7 @@ def _quoted(text: str, where: str) -> str:
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise InputError(f"{where}: {ascii(text)} was found, which is no Unicode; a text without surrogates is accepted") \
+        raise InputError(f"{where}: {ascii(text)} was found, which is no Unicode; expected a text without surrogates") \
             from None
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
@@ -68,7 +68,7 @@ def _toml(value: Any, where: str) -> str:
         return "[" + ", ".join(_toml(item, where) for item in value) + "]"
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{_quoted(str(k), where)} = {_toml(v, where)}" for k, v in value.items()) + "}"
-    raise InputError(f"{where}: {type(value).__name__} was found; a truth value, number, text, list or dict is accepted")
+    raise InputError(f"{where}: {type(value).__name__} was found; expected a truth value, number, text, list or dict")
 
 
 def _located(scenario: Scenario) -> tuple[str, Optional[str]]:
@@ -78,23 +78,23 @@ def _located(scenario: Scenario) -> tuple[str, Optional[str]]:
                        if key != "schema")
         return str(Path.cwd() / "custom.toml"), f"schema = {_toml(scenario.get('schema', 1), 'schema')}\n{text}"
     if not isinstance(scenario, (str, os.PathLike)):
-        raise InputError(f"scenario: {type(scenario).__name__} was given; a name, a file or a dict is accepted")
+        raise InputError(f"scenario: {type(scenario).__name__} was given; expected a name, a file or a dict")
     name = os.fspath(scenario)
     if name.endswith(".toml") or os.sep in name:
         return name, None
     shipped = assets() / "scenarios" / (name + ".toml")
     if not shipped.is_file():
-        raise InputError(f"'{name}': no such scenario; a file (.toml), a dict, or one that ships is accepted: "
+        raise InputError(f"'{name}': no such scenario; expected a file (.toml), a dict, or one that ships: "
                          + ", ".join(scenarios()))
     return str(shipped), None
 
 
 def _overrides(values: Optional[Mapping[str, Any]]) -> list[tuple[str, str]]:
     if values is not None and not isinstance(values, Mapping):
-        raise InputError(f"set: {type(values).__name__} was given; a dict of keys and values is accepted")
+        raise InputError(f"set: {type(values).__name__} was given; expected a dict of keys and values")
     for key in values or {}:
         if not isinstance(key, str):
-            raise InputError(f"set: the key {key!r} was found; a text such as 'guidewire.friction' is accepted")
+            raise InputError(f"set: the key {key!r} was found; expected a text such as 'guidewire.friction'")
     return [(key, _toml(value, key)) for key, value in (values or {}).items()]
 
 
@@ -136,10 +136,10 @@ class Simulation(_core.Simulation, _Closes):
                  cache: Union[str, "os.PathLike[str]", None] = None) -> None:
         file, text = _located(scenario)
         if not isinstance(images, (bool, np.bool_, str, int, type(None))) or images not in _IMAGES:
-            raise InputError(f"images: {images!r} was given; False, 'dose' or True is accepted")
+            raise InputError(f"images: {images!r} was given; expected False, 'dose' or True")
         overrides = _overrides(set)
         if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
-            raise InputError(f"cache: {cache!r} was given; a folder, '' or None is accepted")
+            raise InputError(f"cache: {cache!r} was given; expected a folder, '' or None")
         folder = str(default_cache()) if cache is None else os.fspath(cache)
         self._open(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
 
@@ -172,7 +172,7 @@ class VectorSimulation(_core.VectorSimulation, _Closes):
         several = list(scenario) if isinstance(scenario, (list, tuple)) else None
         if several is not None:
             if not several or (n is not None and n != len(several)):
-                raise InputError(f"n: {n} was given with {len(several)} scenarios; their number, 1 or more, is accepted")
+                raise InputError(f"n: {n} was given with {len(several)} scenarios; expected their number, 1 or more")
             n = len(several)
         made: dict[Any, Simulation] = {}
 

@@ -115,8 +115,8 @@ BranchSpec dissect(SampledBranch& branch, const Dissection& dissection) {
     const double ramp = 3 * wide;  // over which the two lumina part [mm]
     if (dissection.length < 2.5 * ramp) {
         throw io::InputError(
-            "the dissection of '{}' is {:.4g} mm long; {:.0f} mm or more is accepted for a vessel with a "
-            "radius of {:.1f} mm",
+            "the dissection of '{}' is {:.4g} mm long; expected {:.0f} mm or more for a vessel with a radius "
+            "of {:.1f} mm",
             branch.name, dissection.length, 2.5 * ramp, wide);
     }
     const double step = branch.step();

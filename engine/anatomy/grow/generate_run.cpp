@@ -103,7 +103,7 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
 std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return std::nullopt;
-    const std::string text = io::read_text(file, "anatomy", "a NAME.anatomy.json is accepted");
+    const std::string text = io::read_text(file, "anatomy", "expected a NAME.anatomy.json");
     try {
         io::check_json_depth(text, file.string());
     } catch (const io::InputError&) {

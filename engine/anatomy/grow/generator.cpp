@@ -587,7 +587,7 @@ Anatomy cut_open(const VesselTreeSpec& spec, const VesselTree& tree, const Close
         throw io::InputError(
             spec.name +
             ": the lumen has loops or hollows that its branches do not make, for vessels come too near each "
-            "other beside a junction; vessels that part more widely are accepted");
+            "other beside a junction; expected vessels that part more widely");
     }
 
     Anatomy anatomy;

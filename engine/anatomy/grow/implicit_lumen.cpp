@@ -329,8 +329,9 @@ void ImplicitLumen::make_blocks() {
             std::sort(of_limb.begin(), of_limb.end());
             of_limb.erase(std::unique(of_limb.begin(), of_limb.end()), of_limb.end());
             if (of_limb.size() > most_blocks) {
-                throw io::InputError("the vessels are too large for their smallest radius; a grid of up to " +
-                                     std::to_string(most_blocks) + " blocks is accepted");
+                throw io::InputError(
+                    "the vessels are too large for their smallest radius; expected a grid of at most " +
+                    std::to_string(most_blocks) + " blocks");
             }
         }
         near.insert(near.end(), of_limb.begin(), of_limb.end());

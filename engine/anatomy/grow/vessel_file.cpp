@@ -24,7 +24,7 @@ void read_points(io::Section& section, std::vector<VesselKnot>& knots) {
         return;
     }
     const toml::array* list = node->as_array();
-    if (!list) section.refuse("points_mm", *node, "a list of [x, y, z, radius] is accepted");
+    if (!list) section.refuse("points_mm", *node, "expected a list of [x, y, z, radius]");
     for (std::size_t i = 0; list && i < list->size(); ++i) {
         const toml::array* numbers = (*list)[i].as_array();
         std::array<double, 4> read{};
@@ -36,7 +36,7 @@ void read_points(io::Section& section, std::vector<VesselKnot>& knots) {
             if (fine) read[k] = *number;
         }
         if (!fine) {
-            section.refuse("points_mm", (*list)[i], "four numbers x, y, z and radius are accepted");
+            section.refuse("points_mm", (*list)[i], "expected four numbers x, y, z and radius");
             return;
         }
         knots.push_back({{read[0], read[1], read[2]}, read[3]});
@@ -162,14 +162,14 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
     for (const std::string_view key : {"sex", "age", "height_cm", "weight_kg"}) {
         const toml::node* node = section.find(key);
         if (node && !from_preset)
-            section.refuse(key, *node, "the patient of a preset is accepted, and there is none here");
+            section.refuse(key, *node, "expected a preset for it, and there is none here");
     }
     if (!from_preset && (wished.sex || wished.age || wished.height || wished.weight))
         section.refuse_whole(
-            "sex, age, height or weight was given; they are accepted for a preset's patient");
+            "sex, age, height or weight was given; expected a preset whose patient they describe");
     if (!from_preset && seed != 0)
         section.refuse_whole(
-            fmt::format("seed {} was given; seeds are accepted for a preset, and there is none here", seed));
+            fmt::format("seed {} was given; expected a preset for it, and there is none here", seed));
     read_branches(section, spec);
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");
@@ -193,7 +193,7 @@ Parts split(const std::string& text, std::size_t least, std::size_t most, std::s
         fine = number && std::isfinite(*number);
         if (fine) parts.numbers.push_back(*number);
     }
-    if (!fine) throw io::InputError("{}: '{}' was found; {} is accepted", option, text, shape);
+    if (!fine) throw io::InputError("{}: '{}' was found; expected {}", option, text, shape);
     return parts;
 }
 
@@ -217,8 +217,7 @@ VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem:
 
 VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed,
                                 const PatientWish& wish) {
-    return parse_vessel_file(io::read_text(path, "vessel tree", "a .toml file is accepted"), path, seed,
-                             wish);
+    return parse_vessel_file(io::read_text(path, "vessel tree", "expected a .toml file"), path, seed, wish);
 }
 
 VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const std::string& name) {
@@ -250,7 +249,7 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
 Sex parse_sex(const std::string& text) {
     if (text == "f") return Sex::Female;
     if (text == "m") return Sex::Male;
-    throw io::InputError("--sex: '{}' was found; f or m is accepted", text);
+    throw io::InputError("--sex: '{}' was found; expected f or m", text);
 }
 
 Stenosis parse_stenosis(const std::string& text) {

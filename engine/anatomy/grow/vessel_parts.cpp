@@ -51,7 +51,7 @@ public:
         if (grown == tree_.branches.end()) return;  // listed later, for problems() to say
         const auto [start, end] = *extent_of(name, *spec, *grown);
         if (at > end - start)
-            throw io::InputError("{} is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, name,
+            throw io::InputError("{} is {:.4g} mm along '{}'; expected 0 to {:.1f} mm", what, at, name,
                                  end - start);
         name = spec->name;
         at += start;

@@ -182,7 +182,7 @@ void find_approach(const VesselTree& tree, SampledBranch& branch) {
 int place_on(const SampledBranch& branch, double at, const std::string& what) {
     const double length = branch.step() * static_cast<double>(branch.points.size() - 1);
     if (at >= 0 && at <= length) return branch.sample_at(at);
-    throw io::InputError("{} is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name,
+    throw io::InputError("{} is {:.4g} mm along '{}'; expected 0 to {:.1f} mm", what, at, branch.name,
                          length);
 }
 
@@ -227,8 +227,8 @@ void refuse_branches_on(const VesselTree& tree, int branch, double from, double 
             const double at = sample * on.step();
             if (parent != branch || at < from || at > to) continue;
             throw io::InputError(
-                "branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); a stretch "
-                "without branches is accepted",
+                "branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); expected a "
+                "stretch without branches",
                 other.name, on.name, at, what, from, to);
         }
     }
@@ -432,7 +432,7 @@ VesselTree grow(const VesselTreeSpec& spec) {
         for (const SampledBranch& branch : tree.branches)
             if (branch.name == target.branch && target.at > branch.length() + 1)
                 beyond.push_back(
-                    fmt::format("the target '{}' is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted",
+                    fmt::format("the target '{}' is {:.4g} mm along '{}'; expected 0 to {:.1f} mm",
                                 target.name, target.at, branch.name, branch.length()));
     add_diseases(tree, spec);
     for (SampledBranch& branch : tree.branches) {

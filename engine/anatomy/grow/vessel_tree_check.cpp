@@ -31,16 +31,15 @@ void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
         const double taper = std::abs(branch.radii[i + 1] - branch.radii[i]) / branch.step();
         if (bend < 1.05 * branch.radii[i]) {
             found.push_back(
-                fmt::format("branch '{}' bends with a radius of {:.2f} mm where its lumen has "
-                            "{:.2f} mm ({}); gentler bends are accepted",
+                fmt::format("branch '{}' bends with a radius of {:.2f} mm where its lumen has {:.2f} mm "
+                            "({}); expected gentler bends",
                             branch.name, bend, branch.radii[i], place_text(branch, i)));
             return;
         }
         if (taper > steepest_taper && !branch.closed) {
-            found.push_back(
-                fmt::format("the radius of branch '{}' changes by {:.2f} mm a millimetre ({}); up "
-                            "to {} is accepted",
-                            branch.name, taper, place_text(branch, i), steepest_taper));
+            found.push_back(fmt::format(
+                "the radius of branch '{}' changes by {:.2f} mm a millimetre ({}); expected at most {}",
+                branch.name, taper, place_text(branch, i), steepest_taper));
             return;
         }
     }
@@ -67,11 +66,10 @@ void check_apart(const VesselTree& tree, const SampledBranch& a, Samples of_a, c
             const double gap = least_gap(tree, related ? a.radii[i] : std::max(a.radii[i], b.radii[j]));
             const double reach = a.radii[i] + b.radii[j] + gap;
             if (apart >= reach || (&a == &b && std::abs(i - j) * a.step() < 2 * reach)) continue;
-            found.push_back(
-                fmt::format("branch '{}' runs into {} ({}): their walls are {:.2f} mm apart; {:.2f} "
-                            "mm or more is accepted",
-                            a.name, &a == &b ? "itself" : "branch '" + b.name + "'", place_text(a, i),
-                            apart - a.radii[i] - b.radii[j], gap));
+            found.push_back(fmt::format(
+                "branch '{}' runs into {} ({}): their walls are {:.2f} mm apart; expected {:.2f} mm or more",
+                a.name, &a == &b ? "itself" : "branch '" + b.name + "'", place_text(a, i),
+                apart - a.radii[i] - b.radii[j], gap));
             return;
         }
     }
@@ -89,27 +87,26 @@ void check_place(const VesselTreeSpec& spec, const Modifier& what, std::string_v
 
 void check_knots(const BranchSpec& branch, std::vector<std::string>& found) {
     if (branch.knots.size() < 2) {
-        found.push_back(fmt::format("branch '{}' has {} points; two or more are accepted", branch.name,
-                                    branch.knots.size()));
+        found.push_back(
+            fmt::format("branch '{}' has {} points; expected two or more", branch.name, branch.knots.size()));
     }
     for (std::size_t i = 0; i < branch.knots.size(); ++i) {
         const auto& [place, radius] = branch.knots[i];
         if (!(radius >= least_radius && radius <= largest_radius)) {
             found.push_back(
-                fmt::format("branch '{}', point {}: a radius of {} mm was found; {} to {} mm is accepted",
+                fmt::format("branch '{}', point {}: a radius of {} mm was found; expected {} to {} mm",
                             branch.name, i + 1, radius, least_radius, largest_radius));
             return;
         }
         if (!place.allFinite() || place.cwiseAbs().maxCoeff() > largest_extent) {
-            found.push_back(fmt::format("branch '{}', point {}: coordinates within ±{} mm are accepted",
+            found.push_back(fmt::format("branch '{}', point {}: expected coordinates within ±{} mm",
                                         branch.name, i + 1, largest_extent));
             return;
         }
         if (i > 0 && (place - branch.knots[i - 1].place).norm() < 0.1) {
-            found.push_back(
-                fmt::format("branch '{}', points {} and {} are the same; points 0.1 mm or more apart "
-                            "are accepted",
-                            branch.name, i, i + 1));
+            found.push_back(fmt::format(
+                "branch '{}', points {} and {} are the same; expected points 0.1 mm or more apart",
+                branch.name, i, i + 1));
             return;
         }
     }
@@ -128,8 +125,8 @@ void check_connected(const VesselTreeSpec& spec, std::vector<std::string>& found
     for (const BranchSpec& branch : spec.branches) {
         if (!branch.parent.empty() || trees[branch.name] == trees[spec.branches[0].name]) continue;
         found.push_back(
-            fmt::format("branch '{}' has no parent; only the first is accepted without, and others that a "
-                        "branch with joins = \"…\" connects to it",
+            fmt::format("branch '{}' has no parent; expected one for all branches but the first and those "
+                        "that a branch with joins = \"…\" connects to it",
                         branch.name));
     }
 }
@@ -138,21 +135,21 @@ void check_start(const VesselTree& tree, const SampledBranch& child, std::vector
     const SampledBranch& parent = tree.branches[child.parent];
     const double apart = (child.points[0] - parent.points[child.parent_sample]).norm();
     if (apart > parent.radii[child.parent_sample]) {
-        found.push_back(fmt::format(
-            "branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} mm; "
-            "points relative to that place, from 0, 0, 0 on, are accepted",
-            child.name, apart, parent.name, parent.radii[child.parent_sample]));
+        found.push_back(
+            fmt::format("branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} "
+                        "mm; expected points relative to that place, from 0, 0, 0 on",
+                        child.name, apart, parent.name, parent.radii[child.parent_sample]));
         return;
     }
     if (child.separation + 1 >= static_cast<int>(child.points.size()) && !child.closed) {
         found.push_back(fmt::format(
-            "branch '{}' never leaves '{}'; a branch that comes out of its parent's lumen is accepted",
+            "branch '{}' never leaves '{}'; expected a branch that comes out of its parent's lumen",
             child.name, parent.name));
     }
     if (child.radii.front() > parent.radii[child.parent_sample]) {
         found.push_back(
-            fmt::format("branch '{}' starts with a radius of {:.2f} mm in '{}', which has {:.2f} "
-                        "mm there; up to that is accepted",
+            fmt::format("branch '{}' starts with a radius of {:.2f} mm in '{}', which has {:.2f} mm there; "
+                        "expected at most that",
                         child.name, child.radii.front(), parent.name, parent.radii[child.parent_sample]));
     }
 }
@@ -162,14 +159,14 @@ void check_joint(const VesselTree& tree, const SampledBranch& branch, std::vecto
     const double room = joined.radii[branch.joined_sample];
     if (branch.approach <= (branch.parent < 0 ? 0 : branch.separation)) {
         found.push_back(
-            fmt::format("branch '{}' is nowhere clear of '{}', which it joins; one that comes to "
-                        "it from outside is accepted",
+            fmt::format("branch '{}' is nowhere clear of '{}', which it joins; expected one that comes to it "
+                        "from outside",
                         branch.name, joined.name));
     }
     if (branch.radii.back() > room) {
         found.push_back(
-            fmt::format("branch '{}' ends with a radius of {:.2f} mm in '{}', which has {:.2f} mm "
-                        "there; up to that is accepted",
+            fmt::format("branch '{}' ends with a radius of {:.2f} mm in '{}', which has {:.2f} mm there; "
+                        "expected at most that",
                         branch.name, branch.radii.back(), joined.name, room));
     }
 }
@@ -178,7 +175,7 @@ void check_joint(const VesselTree& tree, const SampledBranch& branch, std::vecto
 
 std::vector<std::string> problems(const VesselTreeSpec& spec) {
     std::vector<std::string> found;
-    if (spec.branches.empty()) found.push_back("there is no branch; one or more are accepted");
+    if (spec.branches.empty()) found.push_back("there is no branch; expected one or more");
     std::set<std::string> names;
     for (const BranchSpec& branch : spec.branches) {
         if (branch.name.empty()) found.push_back("a branch has no name");
@@ -191,7 +188,7 @@ std::vector<std::string> problems(const VesselTreeSpec& spec) {
                                         branch.name, branch.joins));
         }
         if (!branch.joins.empty() && branch.closed) {
-            found.push_back(fmt::format("branch '{}' is closed and joins '{}'; one of the two is accepted",
+            found.push_back(fmt::format("branch '{}' is closed and joins '{}'; expected one of the two",
                                         branch.name, branch.joins));
         }
         if (!names.insert(branch.name).second)
@@ -242,7 +239,7 @@ std::vector<std::string> problems(const VesselTreeSpec& spec) {
 std::vector<std::string> problems(const VesselTree& tree) {
     std::vector<std::string> found;
     if (tree.least_radius < least_radius / 2) {
-        found.push_back(fmt::format("a stenosis leaves a radius of {:.2f} mm; {} mm or more is accepted",
+        found.push_back(fmt::format("a stenosis leaves a radius of {:.2f} mm; expected {} mm or more",
                                     tree.least_radius, least_radius / 2));
     }
     const auto& branches = tree.branches;

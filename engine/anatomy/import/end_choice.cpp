@@ -56,7 +56,7 @@ const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place)
     double least = std::numeric_limits<double>::infinity();
     for (const VesselTip& tip : all) least = std::min(least, (tip.apex - inlet).norm());
     throw io::InputError(
-        "--inlet {}: the nearest end is {:.1f} mm away; a place at one of these is accepted [mm]: {}",
+        "--inlet {}: the nearest end is {:.1f} mm away; expected a place at one of these [mm]: {}",
         io::place_text(inlet), least, places_text(all));
 }
 
@@ -79,7 +79,7 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
         if (!tip) {
             throw io::InputError(
                 "--end {}: no blind tip is near; {}", io::place_text(place),
-                tips.empty() ? "the surface has none" : "one of these is accepted: " + places_text(tips));
+                tips.empty() ? "the surface has none" : "expected one of these: " + places_text(tips));
         }
         want(*tip);
     }
@@ -196,7 +196,7 @@ bool open_missing_ends(RepairedLumen& lumen, const TracedLumen& traced, const Gi
     }
     if (lumen.ends.size() >= 2) return !opening.opened.empty();
     throw io::InputError(
-        "{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut open across the vessel",
+        "{} open end{} found{}; expected two or more: an inlet and an outlet, cut open across the vessel",
         lumen.ends.size(), lumen.ends.size() == 1 ? " was" : "s were",
         lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid));
 }

@@ -24,9 +24,8 @@ using geometry::Vec3;
 using nlohmann::ordered_json;
 
 constexpr const char* accepted =
-    "a JSON object {\"name\": [[x, y, z, r], …]} in the mesh's unit, a CSV with the header "
-    "branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData with lines (.vtp, .vtk) or a SimVascular path (.pth) is "
-    "accepted";
+    "expected a JSON object {\"name\": [[x, y, z, r], …]} in the mesh's unit, a CSV with the header "
+    "branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData with lines (.vtp, .vtk) or a SimVascular path (.pth)";
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found) {
     throw io::InputError("{}: {}; {}", where, found, accepted);

@@ -71,8 +71,7 @@ void check_scenario_file(const ImportRequest& request) {
     try {
         io::require_writable(request.scenario);
     } catch (const io::InputError& error) {
-        throw io::InputError("--scenario {}; a file in a folder that can be written is accepted",
-                             error.what());
+        throw io::InputError("--scenario {}; expected a file in a folder that can be written", error.what());
     }
 }
 
@@ -111,13 +110,13 @@ ImportOutcome run_import(const ImportRequest& request) {
     if (std::error_code none;
         std::filesystem::equivalent(request.out / (name + ".stl"), request.mesh, none)) {
         throw io::InputError(request.mesh.string() +
-                             ": would be overwritten; another folder or another name (--name) is accepted");
+                             ": would be overwritten; expected another folder or another name (--name)");
     }
     check_outputs(request, name);
     check_scenario_file(request);
     if (!request.body.empty()) landmark_of_part(request.body);
     if (request.landmark && request.body.empty())
-        throw io::InputError("--landmark was given without --body; both are accepted together");
+        throw io::InputError("--landmark was given without --body; expected both");
     const io::OwnFolder own(request.out, name);
     for (const char* ending : {".stl", ".anatomy.json"}) io::require_writable(request.out / (name + ending));
     ImportedLumen imported = import_lumen(request.mesh, request.options);

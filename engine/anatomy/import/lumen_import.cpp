@@ -121,7 +121,7 @@ double unit_in_mm(const std::string& unit) {
     if (unit == "m") return 1000;
     throw io::InputError((unit.empty() ? "no unit was given, and a mesh file does not say its own"
                                        : fmt::format("unit '{}' was given", unit)) +
-                         "; --unit mm, cm or m is accepted");
+                         "; expected --unit mm, cm or m");
 }
 
 class Import {
@@ -237,7 +237,7 @@ private:
                 warned("the mesh is coarse: {} {}; radii are those of its facets", check.what, check.found);
                 continue;
             }
-            refused.push_back(fmt::format("{}: {} was found; {} is accepted{}", check.what, check.found,
+            refused.push_back(fmt::format("{}: {} was found; expected {}{}", check.what, check.found,
                                           check.accepted, coarse ? " (--centrelines)" : ""));
         }
         if (!refused.empty()) throw io::InputError(io::joined(refused, "\n"));
@@ -290,8 +290,8 @@ private:
         for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
         if (length >= least_slenderness * width) return;
         throw io::InputError(
-            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen at least {} "
-            "times as long as wide is accepted",
+            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; expected a lumen at "
+            "least {} times as long as wide",
             length, width, least_slenderness);
     }
 
@@ -303,7 +303,7 @@ private:
         if (lumen.ends.size() - pruning.closed.size() < 2) {
             throw io::InputError(
                 "smallest radius: vessels thinner than {:.3f} mm, the thinnest wire's, leave no way from one "
-                "end to another [mm]: {}; a lumen that a wire can pass is accepted",
+                "end to another [mm]: {}; expected a lumen that a wire can pass",
                 least, io::joined(pruning.lines));
         }
         std::vector<geometry::BoundaryLoop> loops;
@@ -338,8 +338,8 @@ private:
         if (tips <= most_tips && !lumpy) return;
         throw io::InputError(
             "{} tips and {} bulges shorter than two radii were found on {} branches, such as at {}: this is "
-            "not a tree of tubes, or too coarse for one; up to {} tips and {} bulges a branch are accepted, "
-            "or centrelines beside the mesh (--centrelines)",
+            "not a tree of tubes, or too coarse for one; expected at most {} tips and {} bulges a branch, or "
+            "centrelines beside the mesh (--centrelines)",
             tips, traced.spurs, branches, tips == 0 ? "its middle" : io::place_text(traced.tips.back().apex),
             most_tips, most_bulges);
     }
@@ -350,12 +350,12 @@ private:
         for (const int e : traced.unreached) lost.push_back(io::place_text(ends[e].loop.centroid));
         if (!lost.empty()) {
             throw io::InputError(
-                "no way through the lumen leads from the inlet at {} to the end at {}; a lumen in one piece "
-                "is accepted",
+                "no way through the lumen leads from the inlet at {} to the end at {}; expected a lumen in "
+                "one piece",
                 io::place_text(ends[inlet].loop.centroid), io::joined(lost));
         }
         if (traced.branches.empty())
-            throw io::InputError("no vessel was found inside the surface; a lumen is accepted");
+            throw io::InputError("no vessel was found inside the surface; expected a lumen");
         if (traced.spurs > 0) note("{} bulges shorter than two radii are not branches", traced.spurs);
         if (!traced.tips.empty())
             note("{} branch{} blind; --end X,Y,Z cuts one open [mm]: {}", traced.tips.size(),
@@ -424,7 +424,7 @@ private:
                     continue;
                 }
                 refused.push_back(
-                    fmt::format("{}: {} was found; {} is accepted", check.what, check.found, check.accepted));
+                    fmt::format("{}: {} was found; expected {}", check.what, check.found, check.accepted));
             }
         }
         if (!refused.empty()) throw io::InputError(io::joined(refused, "\n"));
@@ -452,8 +452,8 @@ ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOption
     for (const Vec3& v : mesh.vertices)
         if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate))
             throw io::InputError(
-                "{}: a corner at ({:g}, {:g}, {:g}) mm was found; coordinates up to {:g} mm are accepted: is "
-                "the unit right?",
+                "{}: a corner at ({:g}, {:g}, {:g}) mm was found; expected coordinates up to {:g} mm: is the "
+                "unit right?",
                 path.string(), v.x(), v.y(), v.z(), largest_coordinate);
     try {
         return import_lumen(mesh, path.stem().string(), options);

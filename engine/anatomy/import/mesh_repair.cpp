@@ -182,7 +182,7 @@ public:
         drop_fins();
         drop_islands();
         if (mesh_.triangles.size() < 4) {
-            throw io::InputError("{} triangle{} found; the closed or tubular surface of a lumen is accepted",
+            throw io::InputError("{} triangle{} found; expected the closed or tubular surface of a lumen",
                                  mesh_.triangles.size(), mesh_.triangles.size() == 1 ? " was" : "s were");
         }
         orient();
@@ -365,8 +365,7 @@ private:
         if (areas.at(next) > 0.25 * whole) {
             throw io::InputError(
                 "the surface is in pieces apart, one of them {:.2g} % of it, at {}: two vessels, or the "
-                "inside and the outside of a wall; one lumen, with specks of up to 25 % beside it, is "
-                "accepted",
+                "inside and the outside of a wall; expected one lumen, with specks of up to 25 % beside it",
                 100 * areas.at(next) / whole, where);
         }
         note(share > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
@@ -395,8 +394,8 @@ private:
                 if (turned[u] < 0) turned[u] = wanted, open.push_back(u);
                 if (turned[u] == wanted) continue;
                 throw io::InputError(
-                    "the surface has no inside: at {} it meets its own back, as a Möbius band does; a "
-                    "surface with two sides is accepted",
+                    "the surface has no inside: at {} it meets its own back, as a Möbius band does; expected "
+                    "a surface with two sides",
                     io::place_text(centroid(mesh_, mesh_.triangles[t])));
             }
         }
@@ -432,8 +431,8 @@ private:
         const geometry::Topology left = geometry::topology(mesh_);
         if (left.non_manifold_edges > 0)
             throw io::InputError(
-                "{} edges are still shared by three triangles after mending; a surface without them is "
-                "accepted: repair the mesh in a mesh editor",
+                "{} edges are still shared by three triangles after mending; expected a surface without "
+                "them: repair the mesh in a mesh editor",
                 left.non_manifold_edges);
     }
 

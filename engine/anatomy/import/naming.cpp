@@ -102,16 +102,15 @@ std::vector<std::string> names_of_ends(const Anatomy& anatomy, std::span<const N
             std::vector<std::string> there;
             for (const VesselEnd& each : anatomy.ends) there.push_back(io::place_text(each.opening.centre));
             throw io::InputError(
-                "--name {}: {} is {:.3g} mm from the nearest end; up to {:.3g} mm is accepted, ends are at "
-                "{}",
+                "--name {}: {} is {:.3g} mm from the nearest end; expected at most {:.3g} mm, ends are at {}",
                 place.name, io::place_text(place.at), distance(nearest), farthest_end * end.radius,
                 io::joined(there));
         }
         if (!names[nearest].empty())
-            throw io::InputError("--name: '{}' and '{}' both name the end at {}; one name an end is accepted",
+            throw io::InputError("--name: '{}' and '{}' both name the end at {}; expected one name an end",
                                  names[nearest], place.name, io::place_text(end.centre));
         if (std::find(names.begin(), names.end(), place.name) != names.end())
-            throw io::InputError("--name: '{}' names two ends; names that differ are accepted", place.name);
+            throw io::InputError("--name: '{}' names two ends; expected names that differ", place.name);
         names[nearest] = place.name;
     }
     return names;
@@ -138,7 +137,7 @@ Mat3 rotation(const std::string& text) {
     const auto axis = std::string_view("xyz").find(text.empty() ? ' ' : text[0]);
     if (axis == std::string_view::npos || !(std::abs(degrees) <= 360))
         throw io::InputError(
-            "--rotate: '{}' was found; AXIS:DEG such as z:90 is accepted, x, y or z and -360 to 360",
+            "--rotate: '{}' was found; expected AXIS:DEG such as z:90, x, y or z and -360 to 360",
             text.substr(0, 40));
     // Quarter turns are exact.
     const double quarters = degrees / 90;
@@ -157,8 +156,8 @@ NamedPlace parse_named_place(const std::string& text) {
                       std::all_of(place.name.begin(), place.name.end(), may_stand_in_a_name);
     if (!fine)
         throw io::InputError(
-            "--name {}: a name of 1 to {} bytes without control characters, quotes and backslashes is "
-            "accepted before '='",
+            "--name {}: expected a name of 1 to {} bytes without control characters, quotes and backslashes "
+            "before '='",
             sign == 0 ? "=" : "", longest_name);
     std::string_view rest = std::string_view(text).substr(sign == std::string::npos ? text.size() : sign + 1);
     for (int k = 0; k < 3; ++k) {
@@ -166,7 +165,7 @@ NamedPlace parse_named_place(const std::string& text) {
         const auto value =
             comma == std::string_view::npos ? std::nullopt : io::parse_number(rest.substr(0, comma));
         if (!value || !std::isfinite(*value))
-            throw io::InputError("--name {}: '{}' was found; NAME=X,Y,Z in mm is accepted", place.name,
+            throw io::InputError("--name {}: '{}' was found; expected NAME=X,Y,Z in mm", place.name,
                                  text.substr(0, 80));
         place.at[k] = *value;
         rest.remove_prefix(std::min(comma + 1, rest.size()));
@@ -216,9 +215,9 @@ void give_names(Anatomy& anatomy, std::span<const GivenLine> lines, std::span<co
 
 Mat3 to_patient(const FileFrame& frame) {
     if (!(frame.scale >= 1e-6 && frame.scale <= 1e6))
-        throw io::InputError("--scale: {} was found; 1e-6 to 1e6 is accepted", frame.scale);
+        throw io::InputError("--scale: {} was found; expected 1e-6 to 1e6", frame.scale);
     if (frame.axes != "lps" && frame.axes != "ras")
-        throw io::InputError("--axes: '{}' was found; lps or ras is accepted", frame.axes.substr(0, 40));
+        throw io::InputError("--axes: '{}' was found; expected lps or ras", frame.axes.substr(0, 40));
     Mat3 matrix = frame.scale * Mat3::Identity();
     if (frame.axes == "ras") matrix = (Vec3(-1, -1, 1).asDiagonal() * matrix).eval();
     for (const std::string& text : frame.rotations) matrix = (rotation(text) * matrix).eval();
@@ -276,7 +275,7 @@ Landmark landmark_of_part(const std::string& part) {
     if (part == "pelvis" || part == "abdomen") return Landmark::AorticBifurcation;
     if (part == "chest") return Landmark::AorticValve;
     if (part == "head") return Landmark::Sella;
-    throw io::InputError("--body: '{}' was found; pelvis, abdomen, chest or head is accepted",
+    throw io::InputError("--body: '{}' was found; expected pelvis, abdomen, chest or head",
                          part.substr(0, 40));
 }
 

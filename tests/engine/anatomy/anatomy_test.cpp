@@ -54,9 +54,9 @@ TEST(Anatomy, AnEndInsideAnotherBranchIsRefused) {
     EXPECT_TRUE(problems(together(wide, beside)).empty());
     const auto found = problems(together(wide, within));
     ASSERT_EQ(found.size(), 1u);
-    test::expect_said(found[0],
-                      "lies inside branch 'tube': no vessel can go on past it; an end outside all "
-                      "other branches is accepted");
+    test::expect_said(
+        found[0],
+        "lies inside branch 'tube': no vessel can go on past it; expected an end outside all other branches");
 }
 
 TEST(Anatomy, VesselsThatWouldRunIntoOthersAreClosedBefore) {
@@ -147,7 +147,7 @@ TEST(Anatomy, MissingFileAndThePlaceInBrokenJsonAreNamed) {
 
 TEST(Anatomy, DescriptionsThatCannotBeAreRefusedWithTheirPlace) {
     const std::pair<std::function<void(Json&)>, std::vector<const char*>> cases[] = {
-        {[](Json& j) { j["units"] = "cm"; }, {"'mm' is accepted"}},
+        {[](Json& j) { j["units"] = "cm"; }, {"expected 'mm'"}},
         {[](Json& j) { j["branches"][2].erase("name"); }, {"branches[2]"}},
         {[](Json& j) { j["targets"][0]["sample"] = 1000; }, {"0 to "}},
         // z of the SMA's outlet
@@ -180,7 +180,7 @@ TEST(Anatomy, InvertedLumenAndHoleInTheWallAreRefused) {
 TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {
     for (const double x : {1e30, 1e6})
         test::expect_said(refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; }),
-                          "a number up to 10000 is accepted");
+                          "expected a number up to 10000");
     for (const double x : {9999.0, 500.0}) {
         const std::string text = refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; });
         test::expect_said(text, "': sample 3 is at (");
@@ -199,7 +199,7 @@ TEST(Anatomy, CoordinatesBeyondAPatientAreRefused) {
     Anatomy far = test::straight_tube("tube");
     for (Vec3& v : far.lumen.vertices) v.x() += 2e4;
     ASSERT_FALSE(problems(far).empty());
-    test::expect_said(problems(far).front(), "coordinates up to 10000 mm are accepted");
+    test::expect_said(problems(far).front(), "expected coordinates up to 10000 mm");
 }
 
 TEST(Anatomy, RadiiThatAreNotThoseOfTheMeshAreRefused) {

@@ -42,10 +42,10 @@ TEST_F(MeshFile, CornersThatAreNotNumbersAreRefused) {
 
 TEST_F(MeshFile, SaysWhatIsReadWhereItIsNot) {
     test::expect_said(refusal_of(folder, "vessel.stp", "ISO-10303-21;"),
-                      "'.stp' is not read; an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted");
-    test::expect_said(refusal_of(folder, "vessel.vtp", "<VTKFile/>"), "type 'PolyData' is accepted");
+                      "'.stp' is not read; expected an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file");
+    test::expect_said(refusal_of(folder, "vessel.vtp", "<VTKFile/>"), "expected type 'PolyData'");
     test::expect_said(refusal_of(folder, "text.stl", "dear diary, this is not a mesh"),
-                      "from 'solid' to 'endsolid', is accepted");
+                      "expected from 'solid' to 'endsolid'");
     test::expect_said(
         refusal_of(folder, "half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"),
         "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
@@ -67,12 +67,12 @@ TEST_F(MeshFile, AWrongLineOfATextIsNamed) {
     EXPECT_EQ(said("a.stl", stl, "solid a tube", "SOLID"), "");
     EXPECT_EQ(said("a.stl", stl, "facet normal 0 0 1", "facet normal nan nan nan"), "");
     test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex 0,5 "),
-                      "a.stl:4: '0,5' was found; a finite number, x of a corner, is accepted");
+                      "a.stl:4: '0,5' was found; expected a finite number, x of a corner");
     test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex inf "), "a.stl:4: 'inf' was found");
     test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex "),
                       "a.stl:5: 'vertex' was found; a finite number");
     test::expect_said(said("a.stl", stl, "endloop", "vertex 1 2 3"),
-                      "a.stl:7: 'vertex' was found; 'endloop' behind three vertices is accepted");
+                      "a.stl:7: 'vertex' was found; expected 'endloop' behind three vertices");
     test::expect_said(said("a.stl", stl, "endsolid a tube", ""), "the end of the file was found; 'endsolid'");
     const std::string off = test::off(test::tube(2, 6, 6));
     test::expect_said(said("a.off", off, "\n3 0 1 ", "\n3 0 99 "),
@@ -89,9 +89,9 @@ TEST_F(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
     };
     EXPECT_EQ(said("99", "98"), "");
     test::expect_said(said("\"children\":[1]", "\"children\":[0]"), "its parents form a circle");
-    test::expect_said(said("\"mesh\":0", "\"mesh\":1"), "node 1: mesh: 1 was found; 0 to 0 is accepted");
+    test::expect_said(said("\"mesh\":0", "\"mesh\":1"), "node 1: mesh: 1 was found; expected 0 to 0");
     test::expect_said(said("\"bufferView\":1", "\"bufferView\":0"), "it needs");
-    test::expect_said(said("\"POSITION\":0", "\"POSITION\":9"), "9 was found; 0 to 1 is accepted");
+    test::expect_said(said("\"POSITION\":0", "\"POSITION\":9"), "9 was found; expected 0 to 1");
     test::expect_said(said("\"VEC3\"", "\"VEC2\""), "POSITION is not of three floats");
     test::expect_said(said("\"asset\"", "\"assez\""), "this is not glTF");
 }
@@ -107,7 +107,7 @@ TEST_F(MeshFile, HugeFilesAreRefusedUnread) {
     std::filesystem::resize_file(folder / "many.stl", 84 + std::uintmax_t{50} * count);
     const std::string text = test::refusal([&] { load_mesh(folder / "many.stl"); });
     test::expect_said(text, "10 million triangles would need 4.5 GB");
-    test::expect_said(text, "4 million are accepted");
+    test::expect_said(text, "expected 4 million");
     test::write(folder / "zeros.obj", "");
     std::filesystem::resize_file(folder / "zeros.obj", std::uintmax_t{2} << 30);
     test::expect_refusal([&] { load_mesh(folder / "zeros.obj"); }, "GB of memory");

@@ -80,7 +80,7 @@ TEST(PlyMesh, SaysWhatIsWrongAndWhere) {
         expect_said(said(test::replaced(file, from, to)), expected);
     };
     expect_said(said("ply\nformat ascii 1.0\nelement vertex 3\n"),
-                "a.ply: no line 'end_header' in the first 38 bytes; a whole PLY file is accepted");
+                "a.ply: no line 'end_header' in the first 38 bytes; expected a whole PLY file");
     expect_said(said("ply"), "no line 'end_header'");
     wrong(text, "ply\r\n", "plx\n", "a.ply:1: 'plx' was found; 'ply' at the start");
     wrong(text, "ascii", "asci", "a.ply:2: 'asci' was found; 'ascii', 'binary_little");

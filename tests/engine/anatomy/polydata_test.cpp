@@ -119,19 +119,18 @@ TEST(PolyData, WhatIsWrongIsNamedWithItsPlace) {
         return refusal([&] { parse_vtp(text, "a.vtp"); });
     };
     expect_said(vtp("</Points>", "</Pints>"), "a.vtp:19: this is not XML");
-    expect_said(vtp("NumberOfLines=\"2\"", "NumberOfLines=\"3\""),
-                "<Lines>: 2 cells were found; 3 are accepted");
+    expect_said(vtp("NumberOfLines=\"2\"", "NumberOfLines=\"3\""), "<Lines>: 2 cells were found; expected 3");
     expect_said(vtp("NumberOfPoints=\"82\"", "NumberOfPoints=\"83\""),
-                "246 numbers were found; 249 are accepted");
+                "246 numbers were found; expected 249");
     expect_said(vtp("<PolyData>", "<UnstructuredGrid>"), "this is not XML");
     expect_said(vtp("Name=\"offsets\" NumberOfComponents=\"1\" format=\"ascii\">\n5 ",
                     "Name=\"offsets\" format=\"ascii\">\n11 "),
                 "a cell goes from index 0 to 11");
-    expect_said(vtp(">\n72 73", ">\n82 73"), "Lines: index 0 is 82; 0 to 81 is accepted");
+    expect_said(vtp(">\n72 73", ">\n82 73"), "Lines: index 0 is 82; expected 0 to 81");
     expect_said(vtp(">\n72 73", ">\nx72 73"), "a.vtp:22: 'x72' was found");
     expect_said(vtp("Float32", "Float16"), "type 'Float16' was found");
     test::expect_refusal([] { parse_vtp("<VTKFile type=\"ImageData\"><ImageData/></VTKFile>", "a.vtp"); },
-                         "type 'ImageData' was found; type 'PolyData' is accepted");
+                         "type 'ImageData' was found; expected type 'PolyData'");
     const auto vtk = [](const std::string& text) {
         return refusal([&] { parse_legacy_vtk("# vtk DataFile Version 3.0\nx\n" + text, "a.vtk"); });
     };

@@ -28,7 +28,7 @@ due = 2026-12-24
 scenario::Scenario known(const std::string& name) {
     const std::map<std::string, int> levels = {{"straight", 1}, {"s_bend", 1}, {"renal", 2}};
     if (!levels.contains(name))
-        throw io::InputError("{}: no such scenario; straight, s_bend, renal are accepted", name);
+        throw io::InputError("{}: no such scenario; expected straight, s_bend, renal", name);
     scenario::Scenario scenario;
     scenario.name = name;
     scenario.title = "The " + name;
@@ -95,10 +95,10 @@ TEST(CoursePlan, WhatIsWrongIsSaidWithItsLineAndWhatIsAccepted) {
         expect_said(message, accepted);
     };
     said(example + "name2 = 1\n", "12:", "unknown key 'name2'");
-    said(example + "[[exercise]]\nname = \"renl\"\n", "13:", "straight, s_bend, renal are accepted");
+    said(example + "[[exercise]]\nname = \"renl\"\n", "13:", "expected straight, s_bend, renal");
     said(example + "[[exercise]]\nname = \"renal\"\n", "13:", "each exercise once");
     said(example + "[[exercise]]\n", "12:", "name = \"EXERCISE\" is missing");
-    said("schema = 1\npass = 101\n", "2:", "a number from 0 to 100 is accepted");
+    said("schema = 1\npass = 101\n", "2:", "expected a number from 0 to 100");
     said("schema = 1\nidle_days = 0\n", "2:", "a whole number from 1");
     said("schema = 1\nlearners = [\"Ada\", \"Ada\"]\n", "2:", "each once");
     said("schema = 1\nlearners = \"Ada\"\n", "2:", "a list of names in quotes");

@@ -70,9 +70,9 @@ TEST(TeacherMarks, TheirLinesReadBackAndOthersAreRefused) {
     const auto said = [](const std::string& text) {
         return test::refusal([&] { script::parse_commands(text, "x.gw"); });
     };
-    test::expect_said(said("0 teacher score on\n"), "accepted are: paused, target, way");
-    test::expect_said(said("0 teacher target\n"), "'on' or 'off' is accepted");
-    test::expect_said(said("0 teacher paused on\n"), "nothing more is accepted");
+    test::expect_said(said("0 teacher score on\n"), "expected paused, target, way");
+    test::expect_said(said("0 teacher target\n"), "expected 'on' or 'off'");
+    test::expect_said(said("0 teacher paused on\n"), "expected nothing more");
 }
 
 }  // namespace

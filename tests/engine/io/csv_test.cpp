@@ -34,16 +34,15 @@ TEST(Csv, LineEndsOfOtherSystemsSpacesAndEmptyLastLinesAreAccepted) {
 TEST(Csv, RefusalsNameLineAndColumn) {
     const std::string header = "x_mm,y_mm,z_mm\n";
     EXPECT_EQ(points_refusal("x,y,z\n"),
-              "a.csv:1:1: 'x,y,z' was found; the header 'x_mm,y_mm,z_mm' is accepted");
+              "a.csv:1:1: 'x,y,z' was found; expected the header 'x_mm,y_mm,z_mm'");
     EXPECT_EQ(points_refusal(header + "1,2,3\n4,five,6\n"),
-              "a.csv:3:3: 'five' was found; a finite number is accepted");
-    EXPECT_EQ(points_refusal(header + "1,2,inf\n"),
-              "a.csv:2:5: 'inf' was found; a finite number is accepted");
-    EXPECT_EQ(points_refusal(header + "1,,3\n"), "a.csv:2:3: '' was found; a finite number is accepted");
-    EXPECT_EQ(points_refusal(header + "1,2\n"), "a.csv:2:4: the row ends after 2 numbers; 3 are accepted");
-    EXPECT_EQ(points_refusal(header + "1,2,3,4\n"), "a.csv:2:7: '4' is one column too many; 3 are accepted");
+              "a.csv:3:3: 'five' was found; expected a finite number");
+    EXPECT_EQ(points_refusal(header + "1,2,inf\n"), "a.csv:2:5: 'inf' was found; expected a finite number");
+    EXPECT_EQ(points_refusal(header + "1,,3\n"), "a.csv:2:3: '' was found; expected a finite number");
+    EXPECT_EQ(points_refusal(header + "1,2\n"), "a.csv:2:4: the row ends after 2 numbers; expected 3");
+    EXPECT_EQ(points_refusal(header + "1,2,3,4\n"), "a.csv:2:7: '4' is one column too many; expected 3");
     EXPECT_EQ(points_refusal(header + "1,2,3\n\n4,5,6\n"),
-              "a.csv:3:1: '' was found; a finite number is accepted");
+              "a.csv:3:1: '' was found; expected a finite number");
     test::expect_refusal([] { load_points("/nowhere.csv"); }, "/nowhere.csv: no such file");
 }
 

@@ -21,7 +21,7 @@ TEST(Depth, OfJsonIsLimited) {
               "");
     test::expect_refusal(
         [] { check_json_depth("\n\n" + repeated("[", 100'000), "a.json"); },
-        "a.json:3: more than 64 levels, one within another, were found; up to 64 are accepted");
+        "a.json:3: more than 64 levels, one within another, were found; expected at most 64");
 }
 
 TEST(Depth, OfTomlCountsBracketsAndDots) {

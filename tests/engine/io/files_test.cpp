@@ -27,10 +27,10 @@ TEST_F(Files, WholeFileReplacesTheOldOneAndLeavesNothingBeside) {
 
 TEST_F(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
     test::write(folder / "a.txt", std::string("one\r\n\0two", 9));
-    EXPECT_EQ(read_text(folder / "a.txt", "poem", "verses are accepted"), std::string("one\r\n\0two", 9));
+    EXPECT_EQ(read_text(folder / "a.txt", "poem", "expected verses"), std::string("one\r\n\0two", 9));
     for (const std::filesystem::path& path : {folder / "none", folder / "."})
-        EXPECT_EQ(test::refusal([&] { read_text(path, "poem", "verses are accepted"); }),
-                  path.string() + ": no such poem can be read; verses are accepted");
+        EXPECT_EQ(test::refusal([&] { read_text(path, "poem", "expected verses"); }),
+                  path.string() + ": no such poem can be read; expected verses");
 }
 
 TEST_F(Files, FailedWriteNamesThePathAndTheReason) {
@@ -121,16 +121,16 @@ TEST_F(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
     std::filesystem::create_symlink("/dev/zero", folder / "zero");
     // Opening a FIFO that nobody writes to would not return.
     for (const auto& [name, kind] : {std::pair{"fifo", "FIFO"}, {"s", "socket"}, {"zero", "device"}})
-        EXPECT_EQ(test::refusal([&] { read_text(folder / name, "poem", "verses are accepted"); }),
-                  fmt::format("{}: is a {}; a regular file is accepted", (folder / name).string(), kind));
+        EXPECT_EQ(test::refusal([&] { read_text(folder / name, "poem", "expected verses"); }),
+                  fmt::format("{}: is a {}; expected a regular file", (folder / name).string(), kind));
     ::close(socket);
 }
 
 TEST_F(Files, HugeFileIsRefusedBeforeItIsRead) {
     test::write(folder / "a.txt", "");
     std::filesystem::resize_file(folder / "a.txt", largest_text + 1);  // takes no room on the disk
-    test::expect_refusal([&] { read_text(folder / "a.txt", "poem", "verses are accepted"); },
-                         "up to 2000 million are accepted");
+    test::expect_refusal([&] { read_text(folder / "a.txt", "poem", "expected verses"); },
+                         "expected at most 2000 million");
 }
 
 TEST_F(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {

@@ -145,7 +145,7 @@ TEST_F(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
         {header("short", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 x 7 8 ", "'x' was found for sample 5"},
         {header("float", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 nan 7 8", "a finite number"},
         {header("short", "LPS", "encoding: ascii\nspace units: \"m\" \"m\" \"m\"\n\n") + listed,
-         "mm is accepted"},
+         "expected mm"},
         {"hello", "no header of NRRD"}};
     for (const auto& [text, said] : wrong) {
         test::write(folder / "w.nrrd", text);
@@ -199,7 +199,7 @@ TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     for (std::int16_t& hu : labels.hu) hu = static_cast<std::int16_t>(std::abs(hu));
     write_ct(folder / "labels.nii", labels);
     test::expect_said(refused(folder / "labels.nii"), "Hounsfield units");
-    test::expect_said(refused(folder / "labels.nii", "4"), "series is accepted with a folder");
+    test::expect_said(refused(folder / "labels.nii", "4"), "expected series with a folder");
     CtImage coarse = small_ct();
     coarse.grid.steps[2] *= 10;
     write_ct(folder / "coarse.nrrd", coarse);

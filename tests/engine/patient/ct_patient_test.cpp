@@ -226,7 +226,7 @@ TEST_F(CtPatient, AMeshFarFromThePatientIsRefused) {
     const anatomy::Anatomy anatomy = scenario::anatomy_of(far);
     const std::string said = test::refusal([&] { exercise::tissue_layers(far, anatomy); });
     test::expect_said(said, "bone.stl: a corner at (");
-    test::expect_said(said, "coordinates up to 10000 mm are accepted");
+    test::expect_said(said, "expected coordinates up to 10000 mm");
     test::expect_said(said, "mine.toml:");
 }
 
@@ -236,7 +236,7 @@ TEST_F(CtPatient, WrongKeysSayWhatIsAccepted) {
     };
     test::expect_said(said("ct = \"none.nii\"\n"), "NIfTI (.nii, .nii.gz), NRRD");
     test::expect_said(said("ct = \"none.nii\"\n"), "mine.toml:");
-    test::expect_said(said("series = \"3\"\n"), "it is accepted with ct");
+    test::expect_said(said("series = \"3\"\n"), "expected it with ct");
     test::expect_said(said("[[patient.mesh]]\nmaterial = \"wood\"\n"), "cortical bone, trabecular bone");
     test::expect_said(said("[[patient.mesh]]\nfile = \"a.stl\"\n"),
                       "material of a patient's mesh is missing");

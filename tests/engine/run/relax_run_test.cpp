@@ -120,7 +120,7 @@ TEST(RelaxCase, TheWireHasTheClampAndTheLoadThatWereAskedForHoweverItIsGiven) {
     expect_both();
     given.request.clamp = "Half";
     EXPECT_EQ(test::refusal([&] { make_relax_case(given.request); }),
-              "--clamp: 'Half' was found; half or paper is accepted");
+              "--clamp: 'Half' was found; expected half or paper");
 }
 
 TEST(RelaxCase, TheWiresRadiusIsTakenOffTheLumens) {

@@ -146,7 +146,7 @@ TEST_F(ExerciseFoldersTest, ARecordingOfNothingKnownIsToldWhatIsAccepted) {
             [&] { with({}).of_recording(recording("run.gw", name, 0), test::asset("devices")); });
     };
     test::expect_said(said("lsa"), "run.gw is of 'lsa', which was not found in ");
-    test::expect_said(said("lsa"), "--exercises FOLDER or --scenario FILE is accepted");
+    test::expect_said(said("lsa"), "expected --exercises FOLDER or --scenario FILE");
     test::expect_said(said(""), "it does not say which scenario it is of");
     put("a/tube.toml");
     test::expect_said(said("../a/tube"), "'../a/tube' is no scenario's name");

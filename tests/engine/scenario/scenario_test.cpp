@@ -151,7 +151,7 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
     };
     test::expect_said(
         test::refusal([] { parsed(test::small_toml_with("[relaxer]", "[wall]\nvariation = 5\n[relaxer]")); }),
-        "s.toml:19:13: [wall] variation = 5 was found; a section [wall.variation] is accepted");
+        "s.toml:19:13: [wall] variation = 5 was found; expected a section [wall.variation]");
     expect("", "s.toml:18:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
     expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:20:9: [wall.variation] terms");
     expect("seed = -1", "s.toml:19:8: [wall.variation] seed = -1 was found");

@@ -40,9 +40,9 @@ class Intervention:
                  target_threshold: Optional[float] = None, image_size: int = 128, set: Optional[Mapping[str, Any]] = None,
                  cache: Any = None) -> None:
         if not is_number(image_frequency) or not 0.001 <= image_frequency <= 1000:
-            raise InputError(f"image_frequency: {image_frequency!r} was given; a number from 0.001 to 1000 is accepted")
+            raise InputError(f"image_frequency: {image_frequency!r} was given; expected a number from 0.001 to 1000")
         if target_threshold is not None and not is_number(target_threshold):
-            raise InputError(f"target_threshold: {target_threshold!r} was given; a number is accepted")
+            raise InputError(f"target_threshold: {target_threshold!r} was given; expected a number")
         self.scenario, self.cache, self.image_size = scenario, cache, image_size
         try:
             self.velocity_limit = np.asarray(velocity_limit, float)
@@ -50,8 +50,8 @@ class Intervention:
             self.velocity_limit = np.empty(0)
         if (self.velocity_limit.shape not in ((2,), (1, 2), (2, 2)) or not np.isfinite(self.velocity_limit).all()
                 or not (self.velocity_limit > 0).all()):
-            raise InputError(f"velocity_limit: {velocity_limit!r} was given; two numbers above 0, mm/s and rad/s, or a row "
-                             "of them for each device, are accepted")
+            raise InputError(f"velocity_limit: {velocity_limit!r} was given; expected two numbers above 0, mm/s and rad/s, "
+                             "or a row of them for each device")
         self.image_frequency, self.normalize_action = image_frequency, normalize_action
         self.target_branches = target_branches
         self.set = dict(set or {})
@@ -251,7 +251,7 @@ class Env:
         self.reward, self.terminal, self.truncation = reward, terminal, truncation
         tracked = [(part.n_points, part.resolution) for part in self.parts.values() if isinstance(part, Tracking3D)]
         if len(set(tracked)) > 1:
-            raise InputError("observation: Tracking2D and Tracking3D of one n_points and resolution are accepted")
+            raise InputError("observation: expected Tracking2D and Tracking3D of one n_points and resolution")
         points, resolution = tracked[0] if tracked else (3, 2.0)
         random = {"target": intervention.target_branches} if intervention.target_branches is not None else None
         arguments = dict(obs=sorted({part.key for part in self.parts.values()}), image_size=intervention.image_size,
@@ -260,8 +260,8 @@ class Env:
         base = _Env(intervention.scenario, **arguments)
         rows = intervention.velocity_limit.size // 2
         if rows not in (1, base._batch.devices):
-            raise InputError(f"velocity_limit: {rows} rows were given; 1 or {base._batch.devices}, as the scenario has "
-                             "devices, are accepted")
+            raise InputError(f"velocity_limit: {rows} rows were given; expected 1 or {base._batch.devices}, as "
+                             "the scenario has devices")
         rate = base._batch.about["frame_rate_hz"]
         base._batch.frames = max(1, round(rate / intervention.image_frequency))
         base._batch.step_s = base._batch.frames / rate
@@ -295,7 +295,7 @@ class Env:
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict]:
         """(observation, reward, terminal, truncation, info). Actions beyond the space are clipped."""
         if not self._before:
-            raise InputError("no episode was begun; reset() is accepted")
+            raise InputError("no episode was begun; expected reset()")
         self._base._batch.require_open()
         given = self._base._batch.numbers(action)[0]
         self._last = np.clip(given, self.action_space.low, self.action_space.high)

@@ -94,7 +94,7 @@ class Env(_bases[0]):
     @_with_arguments
     def __init__(self, scenario: Any = "renal", *, render_mode: Optional[str] = None, **arguments: Any) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InputError(f"render_mode: {render_mode!r} was given; 'rgb_array', 'panel' or None is accepted")
+            raise InputError(f"render_mode: {render_mode!r} was given; expected 'rgb_array', 'panel' or None")
         self.render_mode = render_mode
         self._batch = Batch(scenario, None, threads=1, panel=render_mode == "panel", **arguments)
         self.action_space = self._batch.action_space
@@ -124,7 +124,7 @@ class Env(_bases[0]):
         clipped. Raises InputError for another shape, numbers that are not finite, and after the end of an episode."""
         self._batch.require_open()
         if self._done:
-            raise InputError("the episode is over, or none was begun; reset() is accepted")
+            raise InputError("the episode is over, or none was begun; expected reset()")
         active = np.ones(1, bool)
         self._batch.act(self._batch.checked(action, active), active)
         reward, terminated, truncated, info = self._batch.judge(active)
@@ -172,9 +172,9 @@ class VectorEnv(_bases[1]):
     def __init__(self, scenario: Any = "renal", n: int = 2, *, threads: Optional[int] = None,
                  autoreset: str = "NEXT_STEP", **arguments: Any) -> None:
         if autoreset not in AUTORESET:
-            raise InputError(f"autoreset: {autoreset!r} was given; accepted are: " + ", ".join(AUTORESET))
+            raise InputError(f"autoreset: {autoreset!r} was given; expected " + ", ".join(AUTORESET))
         if n is None:
-            raise InputError("n: None was given; a whole number of 1 to 100000 is accepted")
+            raise InputError("n: None was given; expected a whole number of 1 to 100000")
         self.autoreset = autoreset
         self._batch = Batch(scenario, n, threads=threads, panel=False, **arguments)
         self.num_envs = n
@@ -202,14 +202,14 @@ class VectorEnv(_bases[1]):
         elif isinstance(seed, (list, tuple, np.ndarray)) and np.ndim(seed) == 1:
             seeds = [checked_seed(one) for one in seed]
         else:
-            raise InputError(f"seed: {seed!r} was given; a whole number or a list of {n} of them is accepted")
+            raise InputError(f"seed: {seed!r} was given; expected a whole number or a list of {n} of them")
         if len(seeds) != n:
-            raise InputError(f"seed: {len(seeds)} were given; a number or {n} of them are accepted")
+            raise InputError(f"seed: {len(seeds)} were given; expected a number or {n} of them")
         mask = np.ones(n, bool) if not options or "reset_mask" not in options \
             else np.asarray(options["reset_mask"])
         if mask.shape != (n,) or mask.dtype != bool:
-            raise InputError(f"options: reset_mask of {mask.dtype} and shape {mask.shape} was given; a mask, an array of "
-                             f"{n} truth values, is accepted")
+            raise InputError(f"options: reset_mask of {mask.dtype} and shape {mask.shape} was given; expected a mask, an "
+                             f"array of {n} truth values")
         self._batch.require_open()
         self._batch.reset(mask, seeds)
         self._done[mask] = False
@@ -221,7 +221,7 @@ class VectorEnv(_bases[1]):
         n, batch = self.num_envs, self._batch
         batch.require_open()
         if not self._begun or (self.autoreset == "DISABLED" and self._done.any()):
-            raise InputError("an episode is over, or none was begun; reset() is accepted")
+            raise InputError("an episode is over, or none was begun; expected reset()")
         again = self._done.copy()
         given = batch.checked(actions, ~again)
         if again.any():
@@ -253,7 +253,7 @@ class VectorEnv(_bases[1]):
 
 def _arguments(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     if name not in ENVIRONMENTS:
-        raise InputError(f"'{name}': no such environment; accepted are: " + ", ".join(ENVIRONMENTS))
+        raise InputError(f"'{name}': no such environment; expected " + ", ".join(ENVIRONMENTS))
     own = dict(ENVIRONMENTS[name])
     if "randomize" in own and isinstance(given.get("randomize"), Mapping):
         given = dict(given, randomize=dict(own["randomize"], **given["randomize"]))

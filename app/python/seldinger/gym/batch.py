@@ -44,7 +44,7 @@ def whole(value: Any) -> Optional[int]:
 def checked_seed(seed: Any) -> Optional[int]:
     number = None if seed is None else whole(seed)
     if seed is not None and (number is None or number < 0):
-        raise InputError(f"seed: {seed!r} was given; a whole number of 0 or more, or None, is accepted")
+        raise InputError(f"seed: {seed!r} was given; expected a whole number of 0 or more, or None")
     return number
 
 
@@ -55,7 +55,7 @@ def checked_reward(value: Any) -> float:
     except (TypeError, ValueError):
         number = float("nan")
     if not np.isfinite(number):
-        raise InputError(f"reward: the callable returned {value!r}; a finite number is accepted")
+        raise InputError(f"reward: the callable returned {value!r}; expected a finite number")
     return number
 
 
@@ -70,17 +70,17 @@ class Batch:
                  beam: bool = False, threads: Optional[int] = None, panel: bool = False) -> None:
         alone, n = n is None, 1 if n is None else n
         if not isinstance(obs, (str, Sequence)):
-            raise InputError(f"obs: {obs!r} was given; a list of these is accepted: " + ", ".join(KEYS))
+            raise InputError(f"obs: {obs!r} was given; expected a list of these: " + ", ".join(KEYS))
         self.obs = (obs,) if isinstance(obs, str) else tuple(dict.fromkeys(obs))
         for key in self.obs:
             if key not in KEYS:
-                raise InputError(f"obs: '{key}' was found; accepted are: " + ", ".join(KEYS))
+                raise InputError(f"obs: '{key}' was found; expected " + ", ".join(KEYS))
         if not self.obs:
-            raise InputError("obs: nothing was given; one key or more is accepted: " + ", ".join(KEYS))
+            raise InputError("obs: nothing was given; expected one key or more: " + ", ".join(KEYS))
         if action not in ("velocity", "physical"):
-            raise InputError(f"action: '{action}' was given; 'velocity' or 'physical' is accepted")
+            raise InputError(f"action: '{action}' was given; expected 'velocity' or 'physical'")
         if not callable(reward) and reward not in REWARDS:
-            raise InputError(f"reward: {reward!r} was given; a callable or one of these is accepted: "
+            raise InputError(f"reward: {reward!r} was given; expected a callable or one of these: "
                              + ", ".join(REWARDS))
         for name, value, least, most in (
                 ("n", n, 1, 100_000), ("image_size", image_size, 32, 2048), ("n_points", n_points, 1, 1000),
@@ -88,24 +88,24 @@ class Batch:
                 ("patience", patience, 1, None), ("pool_size", pool_size, 1, None)):
             number = whole(value)
             if number is None or number < least or (most is not None and number > most):
-                raise InputError(f"{name}: {value!r} was given; a whole number of {least} "
-                                 + ("or more" if most is None else f"to {most}") + " is accepted")
+                raise InputError(f"{name}: {value!r} was given; expected a whole number of {least} "
+                                 + ("or more" if most is None else f"to {most}"))
         if not is_number(resolution_mm) or not 0 < resolution_mm <= 100:
-            raise InputError(f"resolution_mm: {resolution_mm!r} was given; a number above 0, up to 100, is accepted")
+            raise InputError(f"resolution_mm: {resolution_mm!r} was given; expected a number above 0, up to 100")
         if randomize is not None and not isinstance(randomize, Mapping):
-            raise InputError(f"randomize: {randomize!r} was given; a dict is accepted, of " + ", ".join(RANDOM))
+            raise InputError(f"randomize: {randomize!r} was given; expected a dict, of " + ", ".join(RANDOM))
         self.n = n
         self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm
         self.physical, self.flat, self.reward = action == "physical", flat_action, reward
         self.most_steps, self.frames, self.patience, self.hashes = max_episode_steps, frame_skip, patience, hashes
         self.beam, self.panel = bool(beam), panel
         if set is not None and not isinstance(set, Mapping):
-            raise InputError(f"set: {set!r} was given; a dict of keys and values is accepted")
+            raise InputError(f"set: {set!r} was given; expected a dict of keys and values")
         self.set, self.cache = dict(set or {}), cache
         self.random = dict(randomize or {})
         for key in self.random:
             if key not in RANDOM:
-                raise InputError(f"randomize: '{key}' was found; accepted are: " + ", ".join(RANDOM))
+                raise InputError(f"randomize: '{key}' was found; expected " + ", ".join(RANDOM))
         self._check_random()
         self.scenario = scenario
         self._check_scenarios()
@@ -158,7 +158,7 @@ class Batch:
 
     def _check_random(self) -> None:
         def refuse(key: str, accepted: str) -> None:
-            raise InputError(f"randomize: {key} {self.random[key]!r} was given; {accepted} is accepted")
+            raise InputError(f"randomize: {key} {self.random[key]!r} was given; expected {accepted}")
 
         seeds = self.random.get("anatomy_seed")
         if seeds is not None:
@@ -191,7 +191,7 @@ class Batch:
             other = facts(choice, self.set)
             for key, what in COMMON.items():
                 if other[key] != first[key]:
-                    raise InputError(f"randomize: scenarios with equally many {what} are accepted; {self._name(choice)} "
+                    raise InputError(f"randomize: expected scenarios with equally many {what}; {self._name(choice)} "
                                      f"has {other[key]}, {self._name(self.scenario)} has {first[key]}")
 
     @staticmethod
@@ -204,7 +204,7 @@ class Batch:
             return  # of other vessels it is found when they are drawn
         for name in target:
             if name not in there:
-                raise InputError(f"randomize: target branch '{name}' was given; accepted are: " + ", ".join(there))
+                raise InputError(f"randomize: target branch '{name}' was given; expected " + ", ".join(there))
 
     def _simulation(self, scenario: Any, seed: Optional[int]) -> Simulation:
         key = base_key(scenario, seed)
@@ -246,8 +246,8 @@ class Batch:
         if isinstance(wanted, str) and wanted == "targets":
             names = [target["name"] for target in anatomy["targets"]]
             if not names:
-                raise InputError("randomize: target 'targets' was given, and these vessels name none; 'branches' is "
-                                 "accepted")
+                raise InputError("randomize: target 'targets' was given, and these vessels name none; "
+                                 "expected 'branches'")
             self.sim.aim(i, names[int(rng.integers(len(names)))])
             self.moved_target[i] = True
         elif isinstance(wanted, str) and wanted == "scenario":
@@ -259,7 +259,7 @@ class Batch:
             names = list(branches) if isinstance(wanted, str) else list(wanted)
             for name in names:
                 if name not in branches:
-                    raise InputError(f"randomize: target branch '{name}' was given; accepted are: "
+                    raise InputError(f"randomize: target branch '{name}' was given; expected "
                                      + ", ".join(branches))
             branch = branches[names[int(rng.integers(len(names)))]]
             length = float(np.linalg.norm(np.diff(branch["points_mm"], axis=0), axis=1).sum())
@@ -313,7 +313,7 @@ class Batch:
 
     def require_open(self) -> None:
         if self.sim.closed:
-            raise InputError("the environment is closed; one that is open is accepted")
+            raise InputError("the environment is closed; expected one that is open")
 
     def reset(self, which: np.ndarray, seeds: Sequence[Optional[int]]) -> None:
         for i in np.flatnonzero(which):
@@ -345,7 +345,7 @@ class Batch:
             raise InputError(f"action: expected shape {self.action_shape}, found {given.shape}")
         given = given.reshape(self.n, self.devices, 2)
         if not np.isfinite(given if active is None else given[active]).all():
-            raise InputError("action: a number that is not finite was given; finite ones are accepted")
+            raise InputError("action: a number that is not finite was given; expected finite ones")
         return given
 
     def checked(self, actions: Any, active: np.ndarray) -> np.ndarray:

@@ -64,7 +64,7 @@ TEST(VesselFile, TellsWhatIsWrongAndWhere) {
                       "unknown key 'at_m' in [branch 2] (is 'at_mm' meant?)");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0]"), "x.toml:4:");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, nan]"),
-                      "four numbers x, y, z and radius are accepted");
+                      "expected four numbers x, y, z and radius");
     test::expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
     test::expect_refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); },
@@ -95,7 +95,7 @@ TEST(VesselFile, ABranchMayJoinAnother) {
 TEST(VesselFile, RefusesASeedWithoutAPreset) {
     EXPECT_EQ(parse_vessel_file(good, "x.toml", 0).branches.size(), 2u);
     test::expect_refusal([] { parse_vessel_file(good, "x.toml", 7); },
-                         "seed 7 was given; seeds are accepted for a preset, and there is none here");
+                         "seed 7 was given; expected a preset for it, and there is none here");
     EXPECT_FALSE(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 7).branches.empty());
 }
 
@@ -110,9 +110,9 @@ TEST(VesselFile, SaysWhoThePatientIs) {
     EXPECT_EQ(patient.weight, 61);
     EXPECT_LT(read("sex = \"f\"\n").branches[0].knots[0].radius, read("").branches[0].knots[0].radius);
     test::expect_refusal([&] { read("sex = \"x\"\n"); }, "x.toml:3:7: sex = ");
-    test::expect_refusal([&] { read("sex = \"x\"\n"); }, "accepted are: f, m");
+    test::expect_refusal([&] { read("sex = \"x\"\n"); }, "expected f, m");
     test::expect_refusal([&] { read("age = 7\n"); }, "x.toml:3:7: age = ");
-    test::expect_refusal([&] { read("height_cm = 1600\n"); }, "a number from 135 to 215 is accepted");
+    test::expect_refusal([&] { read("height_cm = 1600\n"); }, "expected a number from 135 to 215");
     test::expect_refusal([&] { read("weight = 60\n"); }, "is 'weight_kg' meant?");
     test::expect_refusal(
         [&] {
@@ -120,14 +120,14 @@ TEST(VesselFile, SaysWhoThePatientIs) {
             text.insert(text.find("[[branch]]"), "age = 50\n");
             parse_vessel_file(text, "x.toml");
         },
-        "the patient of a preset is accepted, and there is none here");
+        "expected a preset for it, and there is none here");
     PatientWish old;
     old.age = 80;
     EXPECT_EQ(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 0, old).patient->age, 80);
     test::expect_refusal([&] { parse_vessel_file(good, "x.toml", 0, old); },
-                         "they are accepted for a preset's patient");
+                         "expected they for a preset's patient");
     EXPECT_EQ(parse_sex("m"), Sex::Male);
-    test::expect_refusal([] { parse_sex("male"); }, "--sex: 'male' was found; f or m is accepted");
+    test::expect_refusal([] { parse_sex("male"); }, "--sex: 'male' was found; expected f or m");
 }
 
 TEST(VesselFile, ModifiersAreReadFromShortWords) {
@@ -137,8 +137,8 @@ TEST(VesselFile, ModifiersAreReadFromShortWords) {
     EXPECT_EQ(parse_tortuosity("1.5:20").branch, "");
     EXPECT_EQ(parse_tortuosity("1.5:20:LRA").branch, "LRA");
     test::expect_refusal([] { parse_stenosis("LAD:54:twelve:70"); },
-                         "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
-    test::expect_refusal([] { parse_aneurysm("M1:10:7"); }, "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
+                         "--stenosis: 'LAD:54:twelve:70' was found; expected BRANCH:AT:LENGTH:PERCENT");
+    test::expect_refusal([] { parse_aneurysm("M1:10:7"); }, "expected BRANCH:AT:DIAMETER:NECK[:ANGLE]");
 }
 
 }  // namespace anatomy

@@ -49,7 +49,7 @@ TEST(VesselTree, PassesThroughItsKnotsWithTheirRadii) {
 }
 
 TEST(VesselTree, TargetBeyondTheEndOfItsBranchIsRefusedWithTheLength) {
-    for (const char* said : {"the target 'far' is 500 mm along 'side'; 0 to 1", " mm is accepted"})
+    for (const char* said : {"the target 'far' is 500 mm along 'side'; 0 to 1", "expected  mm"})
         expect_no_tree(small_tree(), said, [](auto& s) { s.targets[0].at = 500; });
     // One that an occlusion cuts off is left out.
     VesselTreeSpec occluded = small_tree();
@@ -170,14 +170,14 @@ TEST(VesselTree, RefusesAJointThatCannotBe) {
     expect_no_tree(test::small_loop(), "branch 'bypass' joins 'nobody', which is no branch listed before it",
                    [](auto& s) { s.branches[2].joins = "nobody"; });
     expect_no_tree(test::small_loop(),
-                   "the end of branch 'bypass' is 90 mm along 'main'; 0 to 30.0 mm is accepted",
+                   "the end of branch 'bypass' is 90 mm along 'main'; expected 0 to 30.0 mm",
                    [](auto& s) { s.branches[2].joins_at = 90; });
     expect_no_tree(test::small_loop(), "branch 'bypass' is closed and joins 'main'",
                    [](auto& s) { s.branches[2].closed = true; });
     expect_no_tree(test::small_loop(), "branch 'bypass' ends with a radius of 2.50 mm in 'main'",
                    [](auto& s) { s.branches[2].knots.back().radius = 2.5; });
     expect_no_tree(test::small_confluence(),
-                   "branch 'right' has no parent; only the first is accepted without",
+                   "branch 'right' has no parent; expected one for all branches but the first",
                    [](auto& s) { s.branches[1].joins.clear(); });
     expect_no_tree(test::small_tree(), "branch 'side' is nowhere clear of 'main', which it joins",
                    [](auto& s) {

@@ -103,11 +103,7 @@ TEST(FileFrame, AxesScaleAndTurnsLeadToThePatient) {
     for (const char* wrong : {"", "z", "z:", "w:90", "z:nan", "z:400", "90"})
         test::expect_refusal([&] { to_patient({1, "lps", {wrong}}); }, "--rotate");
     test::expect_refusal([] { to_patient({0, "lps", {}}); }, "--scale: 0 was found");
-    test::expect_refusal(
-        [] {
-            to_patient({1, "RAS", {}});
-        },
-        "--axes: 'RAS' was found; lps or ras is accepted");
+    test::expect_refusal([] { to_patient({1, "RAS", {}}); }, "--axes: 'RAS' was found; expected lps or ras");
 }
 
 TEST(FileFrame, MeshCentrelinesAndPlacesMeetInThePatient) {
@@ -163,7 +159,7 @@ TEST(BodyPlace, LandmarkIsGivenOrGuessed) {
                 anatomy.body->at == anatomy.ends[1].opening.centre);
     expect_said(place_in_part(anatomy, "head", std::nullopt), "the sella lies at");
     test::expect_refusal([&] { place_in_part(anatomy, "foot", std::nullopt); },
-                         "--body: 'foot' was found; pelvis, abdomen, chest or head is accepted");
+                         "--body: 'foot' was found; expected pelvis, abdomen, chest or head");
 }
 
 }  // namespace anatomy
