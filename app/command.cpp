@@ -5,11 +5,13 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fstream>
 #include <new>
 #include <semaphore.h>
 #include <sstream>
@@ -155,7 +157,7 @@ script::Origin origin(const std::string& learner) {
         throw io::InputError(
             "--learner: expected a name in UTF-8 of at most {} bytes without control characters",
             script::longest_learner);
-    const std::string self = io::read_text("/proc/self/exe", "program", "the program itself is read");
+    const std::string self = io::read_text(program_file(), "program", "expected the program itself");
     geometry::Hash hash;
     hash.add(self.data(), self.size());
     script::Origin made;
@@ -300,8 +302,22 @@ std::vector<scenario::Override> overrides_of(const std::vector<std::string>& wor
     return overrides;
 }
 
+std::filesystem::path program_file() {
+    // Not /proc/self/exe, which is the loader where a portable archive brings its own.
+    std::ifstream maps("/proc/self/maps");
+    const auto here = reinterpret_cast<std::uintptr_t>(&program_file);
+    for (std::string line; std::getline(maps, line);) {
+        std::uintptr_t begin = 0, end = 0;
+        int path = 0;
+        if (std::sscanf(line.c_str(), "%zx-%zx %*s %*s %*s %*s %n", &begin, &end, &path) == 2 && path > 0 &&
+            begin <= here && here < end)
+            return line.substr(static_cast<std::size_t>(path));
+    }
+    throw io::InputError("/proc/self/maps: expected /proc to be mounted, found no entry of this program");
+}
+
 std::filesystem::path program_folder() {
-    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    return program_file().parent_path();
 }
 
 std::filesystem::path assets() {

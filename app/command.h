@@ -125,7 +125,8 @@ std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles&, 
 /// "guidewire.friction=0.1", as --set takes it. Throws InputError where there is no "=".
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>&);
 
-/// Folder of this program's file, links resolved.
+/// This program's file, links resolved, and its folder.
+std::filesystem::path program_file();
 std::filesystem::path program_folder();
 /// Folder of the scenarios and scripts distributed with the program: ../share/seldinger beside the program's
 /// own folder, or the folder in the environment variable SELDINGER_ASSETS. Throws io::InputError where there

@@ -101,7 +101,9 @@ std::filesystem::path debriefing_of(const std::filesystem::path& recording,
 /// In the browser that the desktop has chosen.
 void show_page(const std::filesystem::path& page) {
     constexpr const char* script =
-        "command -v xdg-open >/dev/null || exit 9; xdg-open \"$1\" >/dev/null 2>&1 </dev/null &";
+        "command -v xdg-open >/dev/null || exit 9; "
+        "[ -z \"$SELDINGER_PORTABLE\" ] || unset LIBGL_DRIVERS_PATH LIBGL_ALWAYS_SOFTWARE "
+        "__GLX_VENDOR_LIBRARY_NAME __EGL_VENDOR_LIBRARY_DIRS; xdg-open \"$1\" >/dev/null 2>&1 </dev/null &";
     std::string file = std::filesystem::absolute(page).string();
     std::array<char*, 6> words = {const_cast<char*>("sh"),
                                   const_cast<char*>("-c"),

@@ -1,11 +1,12 @@
 #!/bin/bash
-# tests/systems.sh [SYSTEM[/GL]...]: builds Seldinger on other systems, in chroots made by debootstrap, and compares what
+# tests/systems.sh [SYSTEM/GL[/COMPILER]...]: builds Seldinger on other systems, in chroots made by debootstrap, and compares what
 # it computes there with what it computes here: states and scores of a whole exercise, which must be equal, and its images,
 # which may differ by two grey levels, for Mesa's versions round differently. Needs root, debootstrap,
 # some 3 GB and ten minutes a system; chroots are kept in build/systems for the next time.
-#   SYSTEM   bookworm, trixie (Debian 12, 13), jammy, noble (Ubuntu 22.04, 24.04)
-#   GL       osmesa or egl
-# Without arguments: bookworm/egl trixie/osmesa trixie/egl noble/osmesa jammy/osmesa.
+#   SYSTEM    bookworm, trixie, sid (Debian 12, 13, unstable), jammy, noble (Ubuntu 22.04, 24.04)
+#   GL        osmesa or egl
+#   COMPILER  g++, or clang++ of the system
+# Without arguments: bookworm/egl/clang++ trixie/osmesa trixie/egl sid/egl noble/osmesa jammy/osmesa.
 # Ubuntu's need its keys, from the package ubuntu-archive-keyring or in SELDINGER_UBUNTU_KEYS.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,23 +21,21 @@ fail() {
 }
 [ "$(id -u)" = 0 ] || fail "expected root, which chroots need; found user $(id -un)"
 command -v debootstrap >/dev/null || fail "debootstrap was not found: apt-get install debootstrap"
-[ $# -gt 0 ] || set -- bookworm/egl trixie/osmesa trixie/egl noble/osmesa jammy/osmesa
+[ $# -gt 0 ] || set -- bookworm/egl/clang++ trixie/osmesa trixie/egl sid/egl noble/osmesa jammy/osmesa
 for wanted in "$@"; do
-    case $wanted in
-    bookworm/osmesa | bookworm/egl | trixie/osmesa | trixie/egl | jammy/osmesa | jammy/egl | noble/osmesa | noble/egl) ;;
-    *) fail "expected SYSTEM/GL of bookworm, trixie, jammy, noble and osmesa, egl; found '$wanted'" ;;
-    esac
+    [[ $wanted =~ ^(bookworm|trixie|sid|jammy|noble)/(osmesa|egl)(/(g|clang)\+\+)?$ ]] ||
+        fail "expected SYSTEM/GL or SYSTEM/GL/COMPILER of bookworm, trixie, sid, jammy, noble; osmesa, egl; g++, clang++; found '$wanted'"
 done
 mkdir -p "$folder"
 
 # In the chroot, with nothing of this machine's environment.
 inside() { # COMMAND
-    chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin SELDINGER_GL="$gl" sh -c "$1"
+    chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin SELDINGER_GL="$gl" CXX="$compiler" CC="$c_compiler" sh -c "$1"
 }
 
 make_chroot() { # SYSTEM
     case $1 in
-    bookworm | trixie) debootstrap --variant=minbase "$1" "$folder/$1.new" "$debian" ;;
+    bookworm | trixie | sid) debootstrap --variant=minbase "$1" "$folder/$1.new" "$debian" ;;
     *)
         [ -f "$ubuntu_keys" ] || fail "$ubuntu_keys was not found, and so $1's packages can't be checked"
         # All of Ubuntu's releases are set up alike; an older debootstrap does not name the later ones.
@@ -57,19 +56,22 @@ score() { grep -v '"program' "$1/score.json" | sha256sum | cut -c 1-12; }
 
 ./app/build.sh release seldinger
 play build/release/bin/seldinger assets "$folder/here" || fail "the exercise failed here: $folder/here.txt"
-printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' system compiler Embree ImGui set-up build states score images
-printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' "(here)" "$(g++ -dumpfullversion)" \
+printf '%-24s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' system compiler Embree ImGui set-up build states score images
+printf '%-24s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s\n' "(here)" "$(g++ -dumpfullversion)" \
     "$(dpkg-query -W -f='${Version}' libembree-dev | cut -d+ -f1)" "$(pkg-config --modversion imgui)" - - \
     "$(states "$folder/here")" "$(score "$folder/here")" equal
 
 bad=0
 for wanted in "$@"; do
-    system=${wanted%/*} gl=${wanted#*/}
+    IFS=/ read -r system gl compiler <<<"$wanted/g++"
+    compiler=${compiler%%/*}
+    c_compiler=clang
+    [ "$compiler" = clang++ ] || c_compiler=gcc
     root=$folder/$system
-    log=$folder/$system-$gl.log
+    log=$folder/${wanted//\//-}.log
     if [ ! -d "$root" ]; then
         rm -rf "$root.new"
-        make_chroot "$system" >"$log" 2>&1 || { tail -n 3 "$log" >&2; printf '%-16s no chroot: %s\n' "$wanted" "$log"; bad=1; continue; }
+        make_chroot "$system" >"$log" 2>&1 || { tail -n 3 "$log" >&2; printf '%-24s no chroot: %s\n' "$wanted" "$log"; bad=1; continue; }
     fi
     # What is committed, as somebody who clones it would have it.
     rm -rf "$root/seldinger/source"
@@ -78,15 +80,15 @@ for wanted in "$@"; do
     mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
     trap 'umount "$root/proc" 2>/dev/null || true' EXIT
     start=$SECONDS
-    if ! inside "cd /seldinger/source && ./app/setup.sh run" >"$log" 2>&1; then
-        printf '%-16s set-up: %s\n' "$wanted" "$(tail -n 1 "$log")"
+    if ! inside "cd /seldinger/source && ./app/setup.sh run && case \$CXX in clang++) apt-get install -y --no-install-recommends clang;; esac" >"$log" 2>&1; then
+        printf '%-24s set-up: %s\n' "$wanted" "$(tail -n 1 "$log")"
         umount "$root/proc"
         bad=1
         continue
     fi
     setup=$((SECONDS - start)) start=$SECONDS
     if ! inside "cd /seldinger/source && rm -rf ../build-$gl && cmake --preset release -B ../build-$gl -DSELDINGER_GL=$gl -DSELDINGER_TESTS=OFF -DSELDINGER_PYTHON=OFF && ninja -C ../build-$gl seldinger" >>"$log" 2>&1; then
-        printf '%-16s build: %s\n' "$wanted" "$(grep -m 1 'error:\|CMake Error' "$log" || tail -n 1 "$log")"
+        printf '%-24s build: %s\n' "$wanted" "$(grep -m 1 'error:\|CMake Error' "$log" || tail -n 1 "$log")"
         umount "$root/proc"
         bad=1
         continue
@@ -95,7 +97,7 @@ for wanted in "$@"; do
     inside "rm -rf /seldinger/out; cd /seldinger && build-$gl/bin/seldinger run renal --commands source/assets/scripts/renal.gw --out out --cache cache" >>"$log" 2>&1 || true
     out=$root/seldinger/out
     if [ -f "$out/score.json" ]; then
-        printf '%-16s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s' "$wanted" "$(inside "g++ -dumpfullversion")" \
+        printf '%-24s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s' "$wanted" "$(inside "\$CXX -dumpversion")" \
             "$(inside "dpkg-query -W -f='\${Version}' libembree-dev" | cut -d+ -f1)" "$(inside "pkg-config --modversion imgui")" \
             "$setup s" "$build s" "$(states "$out")" "$(score "$out")" "$(images "$out")"
         if [ "$(states "$out") $(score "$out")" = "$(states "$folder/here") $(score "$folder/here")" ] &&
@@ -106,7 +108,7 @@ for wanted in "$@"; do
             bad=1
         fi
     else
-        printf '%-16s run: %s\n' "$wanted" "$(tail -n 1 "$log")"
+        printf '%-24s run: %s\n' "$wanted" "$(tail -n 1 "$log")"
         bad=1
     fi
     umount "$root/proc"

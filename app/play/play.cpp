@@ -6,6 +6,7 @@
 #include <imgui.h>
 #include <utility>
 
+#include "app/play/theme.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 
@@ -355,8 +356,42 @@ void Play::settle() {
     list_results();
 }
 
-render::Canvas Play::canvas(render::Point origin) const {
-    return render::Canvas(*ImGui::GetBackgroundDrawList(), window_.faces(), window_.unit(), origin);
+render::Canvas Play::canvas(render::Point origin) {
+    return render::Canvas(*ImGui::GetBackgroundDrawList(), window_.faces(), window_.unit(), origin,
+                          [this](auto&&... drawn) { point_at(drawn...); });
+}
+
+/// Notes the word of the glossary that the mouse is on, in a line as it is drawn.
+void Play::point_at(const render::Canvas& sheet, std::string_view line, render::Face face, render::Ink,
+                    render::Point place) {
+    const ImVec2 mouse = ImGui::GetIO().MousePos;
+    const float unit = window_.unit();
+    const auto x = [&](std::size_t byte) {
+        return place.x + sheet.text_width(line.substr(0, byte), face) * unit;
+    };
+    if (mouse.y < place.y || mouse.y >= place.y + sheet.text_height(face) * unit || mouse.x < place.x ||
+        mouse.x >= x(line.size()))
+        return;
+    for (const GlossaryWord& word : glossary_words(line))
+        if (x(word.begin) <= mouse.x && mouse.x < x(word.end)) pointed_at_ = word;
+}
+
+/// What the word under the mouse means, once the mouse has been still for half a second.
+void Play::draw_meaning() {
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool still = io.MouseDelta.x == 0 && io.MouseDelta.y == 0 && !ImGui::IsAnyMouseDown();
+    if (!still || !pointed_at_) still_since_ = Clock::now();
+    if (!pointed_at_) return;
+    // Nothing else may happen in the meantime, and Dear ImGui shows a tooltip from its second frame on.
+    const double still_for = seconds(Clock::now() - still_since_);
+    if (still_for < 0.8) redraw_ = std::max(redraw_, 2);
+    if (still_for < 0.5) return;
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(u(320));
+    text(render::palette::bright, std::string(pointed_at_->name));
+    text(render::palette::value, std::string(pointed_at_->meaning));
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
 }
 
 void Play::draw(float time) {
@@ -373,7 +408,9 @@ void Play::draw(float time) {
             draw_briefing();
             break;
         case Screen::Room:
+            pointed_at_.reset();
             draw_room();
+            if (!menu_ && !help_ && !asking_ && !review_open_) draw_meaning();
             break;
         case Screen::End:
             draw_end();

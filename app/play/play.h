@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "app/play/glossary.h"
 #include "app/play/measure.h"
 #include "app/play/review.h"
 #include "app/play/teacher.h"
@@ -130,6 +131,8 @@ private:
     void draw_guide(const render::Box& image);
     void draw_guide_end();
     void draw_countdown();
+    void draw_meaning();
+    void point_at(const render::Canvas&, std::string_view, render::Face, render::Ink, render::Point);
     void draw_end();
     void draw_events();
     void draw_grade();
@@ -146,7 +149,7 @@ private:
     void draw_menu();
     Texture* thumbnail(std::size_t exercise);
     float u(float units) const { return units * window_.unit(); }
-    render::Canvas canvas(render::Point origin = {0, 0}) const;
+    render::Canvas canvas(render::Point origin = {0, 0});
     void load_settings();
     void save_settings() const;
 
@@ -159,6 +162,8 @@ private:
     std::array<char, script::longest_learner + 1> typed_{};
     std::string typed_problem_;
     Screen screen_ = Screen::Learner;
+    std::optional<GlossaryWord> pointed_at_;  // by the mouse, among what was drawn in this frame
+    room::Clock::time_point still_since_;     // the mouse
     std::optional<std::size_t> chosen_;
     std::size_t replay_ = 0;  // number of the one that is shown
     std::string patient_;     // of the exercise; empty = the first

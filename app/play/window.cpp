@@ -9,6 +9,7 @@
 #include <map>
 
 #include "engine/io/error.h"
+#include "render/panel/panel.h"
 
 namespace app {
 namespace {
@@ -346,7 +347,7 @@ void Window::make_faces(float unit) {
     ImGuiIO& io = ImGui::GetIO();
     ImGui_ImplOpenGL3_DestroyFontsTexture();
     io.Fonts->Clear();
-    faces_ = render::add_faces(*io.Fonts, unit, "/usr/share/fonts/truetype/dejavu");
+    faces_ = render::add_faces(*io.Fonts, unit, render::font_folder());
     io.FontDefault = faces_.fonts[static_cast<std::size_t>(render::Face::Plain)];
     ImGui_ImplOpenGL3_CreateFontsTexture();
     ImGuiStyle style;

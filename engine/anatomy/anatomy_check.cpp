@@ -166,8 +166,7 @@ std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery&
     }
     return {{"radius of an end over that of the vessel behind it",
              narrow.empty() ? fmt::format("{:.2f} at least", least) : io::joined(narrow),
-             fmt::format("{} or more; expected a vessel cut across", least_end_width),
-             warned_unless(narrow.empty())},
+             fmt::format("{} or more: a vessel cut across", least_end_width), warned_unless(narrow.empty())},
             {"angle between an end and its vessel",
              askew.empty() ? fmt::format("{:.0f}° at most", most) : io::joined(askew),
              fmt::format("{:.0f}° or less", most_askew), warned_unless(askew.empty())}};

@@ -132,11 +132,11 @@ std::vector<std::string> problems(const Scenario& s) {
         say("wall.model", "an anatomy has no analytic wall; expected auto, distance-field, mesh");
     }
     if (s.target.name.empty() == !s.target.centre) {
-        say("target", "[target] takes either 'name' or 'centre_mm', one of them");
+        say("target", "[target] takes either 'name' or 'centre_mm'; expected one of them");
     }
     if (s.tube) {
         if (s.tube->scene.empty() == s.tube->path.empty()) {
-            say("tube", "[tube] takes either 'scene' or 'path', one of them");
+            say("tube", "[tube] takes either 'scene' or 'path'; expected one of them");
         }
         // A path of one long helix after the other asked for gigabytes.
         const double length = anatomy::length(s.tube->path);

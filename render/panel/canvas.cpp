@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <imgui.h>
@@ -14,8 +15,10 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "render/panel/panel.h"
 #include "render/picture/gl_context.h"
 #include "render/picture/image.h"
 #include "render/picture/resample.h"
@@ -369,6 +372,11 @@ struct Sheet {
 
 }  // namespace
 
+std::filesystem::path font_folder() {
+    const char* const named = std::getenv("SELDINGER_FONTS");
+    return named && *named ? named : "/usr/share/fonts/truetype/dejavu";
+}
+
 CanvasFaces add_faces(ImFontAtlas& atlas, float unit, const std::filesystem::path& folder) {
     const std::vector<char> plain = read_font(folder / "DejaVuSans.ttf"),
                             bold = read_font(folder / "DejaVuSans-Bold.ttf");
@@ -398,6 +406,7 @@ struct Canvas::State {
     CanvasFaces faces;
     ImDrawList* list = nullptr;
     std::unique_ptr<Sheet> sheet;  // null on a window
+    TextSeen seen;
 
     ImVec2 exact(Point p) const { return {origin.x + p.x * unit, origin.y + p.y * unit}; }
     ImVec2 snapped(Point p) const {
@@ -420,18 +429,20 @@ struct Canvas::State {
     }
 };
 
-Canvas::Canvas(int width, int height, float unit, const std::filesystem::path& fonts)
+Canvas::Canvas(int width, int height, float unit, const std::filesystem::path& fonts, TextSeen seen)
     : state_(std::make_unique<State>()) {
     state_->unit = unit;
     state_->sheet = std::make_unique<Sheet>(width, height, unit, fonts);
     state_->faces = state_->sheet->faces;
+    state_->seen = std::move(seen);
 }
-Canvas::Canvas(ImDrawList& list, const CanvasFaces& window_faces, float unit, Point origin)
+Canvas::Canvas(ImDrawList& list, const CanvasFaces& window_faces, float unit, Point origin, TextSeen seen)
     : state_(std::make_unique<State>()) {
     state_->unit = unit;
     state_->origin = {origin.x, origin.y};
     state_->faces = window_faces;
     state_->list = &list;
+    state_->seen = std::move(seen);
 }
 Canvas::~Canvas() = default;
 
@@ -517,10 +528,23 @@ float Canvas::text(Point at, std::string_view words, Face face, Ink ink, Align a
     ImVec2 place = state_->exact(at);
     if (align == Align::Centre) place.x -= 0.5f * width;
     if (align == Align::Right) place.x -= width;
+    if (state_->seen) state_->seen(*this, line, face, ink, {place.x, place.y});
     const ImFont* font = state_->font(face);
     state_->list->AddText(font, font->FontSize, ImVec2(std::round(place.x), std::round(place.y)), colour(ink),
                           line.data(), line.data() + line.size());
     return width / state_->unit;
+}
+
+float Canvas::name(Point at, std::string_view words, Ink ink) {
+    const auto split = words.find('_');
+    if (split == std::string_view::npos) return text(at, words, Face::Plain, ink);
+    const ImVec2 place = state_->exact(at);
+    if (state_->seen) state_->seen(*this, words, Face::Plain, ink, {place.x, place.y});
+    const TextSeen seen = std::exchange(state_->seen, nullptr);
+    const float width = text(at, words.substr(0, split), Face::Plain, ink) + 1.0f;
+    const float below = text({at.x + width, at.y + 5.0f}, words.substr(split + 1), Face::Small, ink);
+    state_->seen = seen;
+    return width + below;
 }
 
 float Canvas::text_width(std::string_view words, Face face) const {

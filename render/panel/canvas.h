@@ -52,12 +52,16 @@ CanvasFaces add_faces(ImFontAtlas&, float unit, const std::filesystem::path& fon
 /// and pictures are rounded to pixels. Later strokes cover earlier ones. The same calls give the same bytes.
 class Canvas {
 public:
+    /// Called for each text before it is drawn, with the place of its upper left corner [pixels]. A name with
+    /// a subscript, "K_a,r", is one text.
+    using TextSeen = std::function<void(const Canvas&, std::string_view, Face, Ink, Point pixels)>;
+
     /// `fonts`: folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf; without them ImGui's own face is used.
     /// Throws std::runtime_error when GL fails.
-    Canvas(int width, int height, float unit, const std::filesystem::path& fonts);
+    Canvas(int width, int height, float unit, const std::filesystem::path& fonts, TextSeen = nullptr);
     /// Adds strokes to a draw list of a window's own ImGui, `origin` [pixels] from its upper left corner.
     /// draw() and pictures are for sheets only. The faces' atlas must be that of the list.
-    Canvas(ImDrawList&, const CanvasFaces&, float unit, Point origin);
+    Canvas(ImDrawList&, const CanvasFaces&, float unit, Point origin, TextSeen = nullptr);
     ~Canvas();
     Canvas(const Canvas&) = delete;
     Canvas& operator=(const Canvas&) = delete;
@@ -87,6 +91,8 @@ public:
     /// One line with its upper edge at y; the text is aligned at x. Broken or control characters become
     /// spaces; text wider than `room` is cut and ends in dots. Returns the width drawn.
     float text(Point, std::string_view, Face, Ink, Align = Align::Left, float room = 1e6f);
+    /// Draws "K_a,r" as K with the subscript a,r. Returns the width drawn.
+    float name(Point, std::string_view, Ink);
     float text_width(std::string_view, Face) const;
     float text_height(Face) const;
 

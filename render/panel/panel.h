@@ -9,12 +9,13 @@
 
 namespace render {
 
+/// Folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf: that of Debian's fonts-dejavu-core, or SELDINGER_FONTS.
+std::filesystem::path font_folder();
+
 struct PanelSpec {
-    int width = 1280;   // 640 to 4096 [pixels]
-    int height = 1024;  // 512 to 4096 [pixels]
-    // Folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf (Debian's fonts-dejavu-core); ImGui's own face is used
-    // without them.
-    std::filesystem::path fonts = "/usr/share/fonts/truetype/dejavu";
+    int width = 1280;                             // 640 to 4096 [pixels]
+    int height = 1024;                            // 512 to 4096 [pixels]
+    std::filesystem::path fonts = font_folder();  // without the faces ImGui's own is used
 };
 
 /// A rectangle of the panel [pixels].

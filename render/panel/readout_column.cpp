@@ -127,17 +127,9 @@ float heading(Canvas& canvas, const Box& area, std::string_view name, std::strin
     return area.top + heading_height;
 }
 
-/// Draws "K_a,r" as K with the subscript a,r.
-void label(Canvas& canvas, Point at, std::string_view name) {
-    const auto split = name.find('_');
-    const float width = canvas.text(at, name.substr(0, split), Face::Plain, palette::label);
-    if (split == std::string_view::npos) return;
-    canvas.text({at.x + width + 1.0f, at.y + 5.0f}, name.substr(split + 1), Face::Small, palette::label);
-}
-
 void row(Canvas& canvas, const Box& area, float top, std::string_view name, std::string_view value,
          Ink ink = palette::value) {
-    label(canvas, {area.left, top}, name);
+    canvas.name({area.left, top}, name, palette::label);
     canvas.text({area.right, top}, value, Face::Plain, ink, Align::Right, 0.66f * (area.right - area.left));
 }
 
@@ -318,7 +310,7 @@ void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
 
     const auto force = [&](std::string_view name, std::optional<double> value) {
         const float share = share_of(value, r.force_limit);
-        label(canvas, {area.left, y}, name);
+        canvas.name({area.left, y}, name, palette::label);
         bar(canvas, {area.left + 84.0f, 0, area.right - 58.0f, 0}, y + 5.0f, share, level_ink(share));
         canvas.text({area.right, y}, figure_text(value, 2) + " N", Face::Plain,
                     share >= 0.5f ? level_ink(share) : palette::value, Align::Right, 54.0f);

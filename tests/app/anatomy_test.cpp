@@ -89,7 +89,7 @@ TEST_F(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: 'x' was found; expected f or m");
     expect_refused(folder, {"rca", "--out", out, "--age", "7"}, "--age");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--sex", "f"},
-                   "expected they for a preset's patient");
+                   "expected a preset whose patient they describe");
     write(folder / "out", "in the way");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "cannot be written");
 }
@@ -104,7 +104,7 @@ TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
                            "--out", folder / "out", "--name", "tube", "--name", "LRA.out=30,0,0", "--body",
                            "abdomen", "--landmark", "0,0,-80", "--scenario", folder / "tube.toml"});
     test::expect_said(import.out, "found: the inlet is the end at");
-    test::expect_said(import.out, "pass  open ends: 2; accepted: 2 or more");
+    test::expect_said(import.out, "pass  open ends: 2; expected: 2 or more");
     const auto scenario = import.out.find("schema = 1");
     ASSERT_NE(scenario, std::string::npos) << import.out;
     EXPECT_EQ(import.out.substr(scenario), read(folder / "tube.toml"));

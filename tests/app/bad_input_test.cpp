@@ -37,7 +37,7 @@ TEST_F(BadInput, MissingCommandFileIsNamed) {
 TEST_F(BadInput, ScriptsThatCannotBeMadeAreToldWithLineAndColumn) {
     const std::pair<const char*, const char*> cases[] = {
         {"0 beam on\n3 push 5 mm\n", "x.gw:2:3: unknown command 'push'"},
-        {"3 advance 5 cm\n", "x.gw:1:13: 'cm' was found; the unit 'mm'"},
+        {"3 advance 5 cm\n", "x.gw:1:13: 'cm' was found; expected the unit 'mm'"},
         {"9 beam on\n3 beam off\n", "x.gw:2:1: '3' was found"},
         {"3 advance nan mm\n", "x.gw:1:11: 'nan' was found"},
         {"3 advance 1e9 mm\n", "expected a number from 0 to 500"},

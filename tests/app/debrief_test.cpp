@@ -261,7 +261,7 @@ TEST_F(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
     write(folder / "b/shard.json", "{\"list\": \"x\", \"shard\": -1}");
     refused({"a", "b"}, "the shard is damaged");
     expect_refused(shard("list.toml", "5/4", "e"), "i/n with 1 <= i <= n");
-    expect_refused(shard("list.toml", "1/5", "e"), "up to 4, one a run");
+    expect_refused(shard("list.toml", "1/5", "e"), "expected at most 4, one a run");
     EXPECT_FALSE(std::filesystem::exists(folder / "e"));
     expect_refused(run(folder, {"batch", folder / "list.toml", folder / "a", "--out", folder / "e"}),
                    "folders go with 'batch merge'");
@@ -385,7 +385,7 @@ TEST_F(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
     refused("schema = 1\n[[run]]\nscenario = \"s_bend\"\ncommands = \"none.gw\"\n", "none.gw");
     refused("schema = 1\n[[run\n", "this is not TOML");
     refused(good + "[run.set]\nseed = []\n", "a list of one or more");
-    refused(good + "seeds = [1]\n[run.set]\nseed = 2\n", "one of them");
+    refused(good + "seeds = [1]\n[run.set]\nseed = 2\n", "expected either 'seeds'");
     // 2^64 combinations, which is 0 in 64 bits.
     std::string many = good + "[run.set]\n";
     for (int key = 0; key < 64; ++key) many += "k" + std::to_string(key) + " = [1, 2]\n";

@@ -200,10 +200,12 @@ TEST_F(RelaxRefuses, TubesThatAreNone) {
     expect_tube_refused(header + "0,0,0\n", "tube.csv:2:1: 1 point was found");
     expect_tube_refused(header, "tube.csv:1:1: 0 point");
     expect_tube_refused(header + "0,0,0\n9,0,0\n9,0,0\n50,0,0\n", "tube.csv:4:1: the point repeats");
-    expect_tube_refused(header + "0,0,0\n9,nan,0\n", "tube.csv:3:3: 'nan' was found; a finite number");
+    expect_tube_refused(header + "0,0,0\n9,nan,0\n",
+                        "tube.csv:3:3: 'nan' was found; expected a finite number");
     expect_tube_refused(header + "0,0,0\n9,0\n", "tube.csv:3:4: the row ends after 2 numbers");
-    expect_tube_refused("x,y,z\n0,0,0\n9,0,0\n", "tube.csv:1:1: 'x,y,z' was found; the header 'x_mm,");
-    expect_tube_refused("", "tube.csv:1:1: '' was found; the header");
+    expect_tube_refused("x,y,z\n0,0,0\n9,0,0\n",
+                        "tube.csv:1:1: 'x,y,z' was found; expected the header 'x_mm,");
+    expect_tube_refused("", "tube.csv:1:1: '' was found; expected the header");
     expect_refused({"--tube", folder / "no.csv"}, "no.csv: no such file can be read");
 }
 
@@ -226,7 +228,7 @@ TEST_F(RelaxRefuses, NumbersThatNoWireHas) {
                            "' was found; expected three numbers X,Y,Z of a force up to 100 N/mm");
     expect_refused({"--cycles", "0"}, "--cycles: '0'");
     expect_refused({"--tolerance", "-1"}, "--tolerance: '-1'");
-    expect_refused({"--push-from", "40"}, "--push-from: '40' was found; 2 to 39 segments");
+    expect_refused({"--push-from", "40"}, "--push-from: '40' was found; expected 2 to 39 segments");
 }
 
 TEST_F(RelaxRefuses, WiresThatDoNotStartInside) {
@@ -238,7 +240,7 @@ TEST_F(RelaxRefuses, WiresThatDoNotStartInside) {
 TEST_F(RelaxRefuses, WiresOfUnequalSegments) {
     expect_wire_refused(header + "0,0,0\n2,0,0\n4,0,0\n6.5,0,0\n8.5,0,0\n",
                         "wire.csv:5:1: joints 2 and 3 are 2.5 mm apart, others 2 mm");
-    expect_wire_refused(header + "0,0,0\n2,0,0\n", "2 joints were found; 3 or more");
+    expect_wire_refused(header + "0,0,0\n2,0,0\n", "2 joints were found; expected 3 or more");
     expect_refused({"--wire", folder / "wire.csv"}, "--wire: the file gives the segments");
 }
 

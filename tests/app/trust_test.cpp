@@ -215,7 +215,7 @@ TEST_F(Trust, NumbersThatAreNotFiniteAreRefused) {
     for (const char* number : {"nan", "inf", "-inf", "NAN"}) {
         const std::string three = std::string("1,2,") + number;
         expect_refused_at_once({"anatomy", "import", "x.stl", "--out", out, "--inlet", three},
-                               "--inlet: '" + std::string(number) + "' was found; a finite number");
+                               "--inlet: '" + std::string(number) + "' was found; expected a finite number");
         expect_refused_at_once(
             {"anatomy", "import", "x.stl", "--out", out, "--body", "pelvis", "--landmark", three},
             "--landmark: ");

@@ -45,10 +45,10 @@ TEST_F(MeshFile, SaysWhatIsReadWhereItIsNot) {
                       "'.stp' is not read; expected an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file");
     test::expect_said(refusal_of(folder, "vessel.vtp", "<VTKFile/>"), "expected type 'PolyData'");
     test::expect_said(refusal_of(folder, "text.stl", "dear diary, this is not a mesh"),
-                      "expected from 'solid' to 'endsolid'");
+                      "or a text STL from 'solid' to 'endsolid'");
     test::expect_said(
         refusal_of(folder, "half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"),
-        "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
+        "half.stl:5: the end of the file was found; expected 'vertex' 2 of 3 of a facet");
     EXPECT_NE(refusal_of(folder, "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "");
     const char* const header =
         "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n123";
@@ -70,16 +70,17 @@ TEST_F(MeshFile, AWrongLineOfATextIsNamed) {
                       "a.stl:4: '0,5' was found; expected a finite number, x of a corner");
     test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex inf "), "a.stl:4: 'inf' was found");
     test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex "),
-                      "a.stl:5: 'vertex' was found; a finite number");
+                      "a.stl:5: 'vertex' was found; expected a finite number");
     test::expect_said(said("a.stl", stl, "endloop", "vertex 1 2 3"),
                       "a.stl:7: 'vertex' was found; expected 'endloop' behind three vertices");
-    test::expect_said(said("a.stl", stl, "endsolid a tube", ""), "the end of the file was found; 'endsolid'");
+    test::expect_said(said("a.stl", stl, "endsolid a tube", ""),
+                      "the end of the file was found; expected 'endsolid'");
     const std::string off = test::off(test::tube(2, 6, 6));
     test::expect_said(said("a.off", off, "\n3 0 1 ", "\n3 0 99 "),
-                      "'99' was found; a corner's index, a whole");
-    test::expect_said(said("a.off", off, "OFF", "OF"), "a.off:1: 'OF' was found; 'OFF'");
+                      "'99' was found; expected a corner's index, a whole");
+    test::expect_said(said("a.off", off, "OFF", "OF"), "a.off:1: 'OF' was found; expected 'OFF'");
     test::expect_said(said("a.off", off, "\n24 36 ", "\n2400 3600 "),
-                      "a.off:2: '2400' was found; as many corners");
+                      "a.off:2: '2400' was found; expected as many corners");
 }
 
 TEST_F(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {

@@ -82,15 +82,15 @@ TEST(PlyMesh, SaysWhatIsWrongAndWhere) {
     expect_said(said("ply\nformat ascii 1.0\nelement vertex 3\n"),
                 "a.ply: no line 'end_header' in the first 38 bytes; expected a whole PLY file");
     expect_said(said("ply"), "no line 'end_header'");
-    wrong(text, "ply\r\n", "plx\n", "a.ply:1: 'plx' was found; 'ply' at the start");
-    wrong(text, "ascii", "asci", "a.ply:2: 'asci' was found; 'ascii', 'binary_little");
-    wrong(text, "property double x", "property dubble x", "'dubble' was found; char, uchar");
+    wrong(text, "ply\r\n", "plx\n", "a.ply:1: 'plx' was found; expected 'ply' at the start");
+    wrong(text, "ascii", "asci", "a.ply:2: 'asci' was found; expected 'ascii', 'binary_little");
+    wrong(text, "property double x", "property dubble x", "'dubble' was found; expected char, uchar");
     wrong(text, "property double x", "property double w", "without x, y and z");
     wrong(text, "vertex_index", "vertices", "without a list 'vertex_indices'");
     wrong(text, "list ushort", "list float", "a whole number's type for a list's length");
     wrong(text, "format", "element", "was found");
-    wrong(text, "3 0 ", "3 99 ", "names corner 99; 0 to");
-    wrong(text, "3 0 ", "1001 0 ", "a list of length 1001 in 'face' 0; 0 to 1000");
+    wrong(text, "3 0 ", "3 99 ", "names corner 99; expected 0 to");
+    wrong(text, "3 0 ", "1001 0 ", "a list of length 1001 in 'face' 0; expected 0 to 1000");
     wrong(text, "3 0 ", "x 0 ", "'x' was found");
     wrong(text, "255 2", "255 nan", "'nan' was found");
     wrong(binary, "element edge 1", "element edge 9", "9 of element 'edge' in the 3 bytes");

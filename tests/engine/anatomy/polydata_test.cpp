@@ -134,7 +134,8 @@ TEST(PolyData, WhatIsWrongIsNamedWithItsPlace) {
     const auto vtk = [](const std::string& text) {
         return refusal([&] { parse_legacy_vtk("# vtk DataFile Version 3.0\nx\n" + text, "a.vtk"); });
     };
-    expect_said(vtk("ASCII\nDATASET STRUCTURED_GRID\n"), "a.vtk:4: 'STRUCTURED_GRID' was found; POLYDATA");
+    expect_said(vtk("ASCII\nDATASET STRUCTURED_GRID\n"),
+                "a.vtk:4: 'STRUCTURED_GRID' was found; expected POLYDATA");
     expect_said(vtk("ASCII\nDATASET POLYDATA\nPOINTS 2 float\n1 2 3\n4 5 nan\n"), "a.vtk:7: 'nan' was found");
     expect_said(vtk("BINARY\nDATASET POLYDATA\nPOINTS 900000 float\n1 2 3\n"),
                 "the file ends 6 bytes into a coordinate");
@@ -157,7 +158,7 @@ TEST(PolyData, PackedZerosTakeNoMoreMemoryThanTheFileMay) {
         test::base64(head) + test::base64(packed.substr(0, size)) +
         "</DataArray></Points></Piece></PolyData></VTKFile>";
     test::expect_refusal([&] { parse_vtp(text, "a.vtp"); },
-                         "an array of 268435456 bytes was found; up to 108");
+                         "an array of 268435456 bytes was found; expected at most 108");
 }
 
 using MeshFile = test::InFolder;

@@ -88,7 +88,7 @@ TEST(CoursePlan, IsReadAsItStandsAndHasTheCurriculumOtherwise) {
     EXPECT_EQ(usual().pass, exercise::pass_mark);
 }
 
-TEST(CoursePlan, WhatIsWrongIsSaidWithItsLineAndWhatIsAccepted) {
+TEST(CoursePlan, WhatIsWrongIsSaidWithItsLineAndWhatWasExpected) {
     const auto said = [](const std::string& toml, const std::string& line, const std::string& accepted) {
         const std::string message = refusal([&] { parsed(toml); });
         expect_said(message, "course.toml:" + line);

@@ -90,14 +90,14 @@ TEST(Injury, StrengthIsThatOfTheCylinderThatTheEndPunches) {
     EXPECT_EQ(wall_strength(stated, 0.889, 3).of(InjuryKind::Dissection), renal.of(InjuryKind::Dissection));
 }
 
-TEST(Injury, BadThresholdsAreRefusedWithFileKeyAndWhatIsAccepted) {
+TEST(Injury, BadThresholdsAreRefusedWithFileKeyAndWhatWasExpected) {
     for (const std::string key : {"perforation_N_per_mm2", "dissection_N_per_mm2", "wall_over_radius",
                                   "perforation_N", "dissection_N"})
         for (const std::string value : {"0", "0.0", "-1.5", "nan", "inf", "1e9", "true", "\"much\""}) {
             const std::string said = test::refusal([&] { blind("[injury]\n" + key + " = " + value + "\n"); });
             test::expect_said(said, "blind.toml:19:");
             test::expect_said(said, key);
-            test::expect_said(said, "is accepted");
+            test::expect_said(said, "expected");
         }
     test::expect_said(test::refusal([] { blind("[injury]\nperforation = 1\n"); }), "perforation_N");
     test::expect_said(test::refusal([] { blind("[injury]\noff = 1\n"); }), "true or false");

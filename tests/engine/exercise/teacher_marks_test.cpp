@@ -72,7 +72,7 @@ TEST(TeacherMarks, TheirLinesReadBackAndOthersAreRefused) {
     };
     test::expect_said(said("0 teacher score on\n"), "expected paused, target, way");
     test::expect_said(said("0 teacher target\n"), "expected 'on' or 'off'");
-    test::expect_said(said("0 teacher paused on\n"), "expected nothing more");
+    test::expect_said(said("0 teacher paused on\n"), "expected the end of the line");
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     for (std::int16_t& hu : labels.hu) hu = static_cast<std::int16_t>(std::abs(hu));
     write_ct(folder / "labels.nii", labels);
     test::expect_said(refused(folder / "labels.nii"), "Hounsfield units");
-    test::expect_said(refused(folder / "labels.nii", "4"), "expected series with a folder");
+    test::expect_said(refused(folder / "labels.nii", "4"), "expected 'series' only with a folder");
     CtImage coarse = small_ct();
     coarse.grid.steps[2] *= 10;
     write_ct(folder / "coarse.nrrd", coarse);

@@ -230,13 +230,13 @@ TEST_F(CtPatient, AMeshFarFromThePatientIsRefused) {
     test::expect_said(said, "mine.toml:");
 }
 
-TEST_F(CtPatient, WrongKeysSayWhatIsAccepted) {
+TEST_F(CtPatient, WrongKeysSayWhatWasExpected) {
     const auto said = [&](const std::string& section) {
         return test::refusal([&] { with_patient(folder, section); });
     };
     test::expect_said(said("ct = \"none.nii\"\n"), "NIfTI (.nii, .nii.gz), NRRD");
     test::expect_said(said("ct = \"none.nii\"\n"), "mine.toml:");
-    test::expect_said(said("series = \"3\"\n"), "expected it with ct");
+    test::expect_said(said("series = \"3\"\n"), "expected it only with ct");
     test::expect_said(said("[[patient.mesh]]\nmaterial = \"wood\"\n"), "cortical bone, trabecular bone");
     test::expect_said(said("[[patient.mesh]]\nfile = \"a.stl\"\n"),
                       "material of a patient's mesh is missing");

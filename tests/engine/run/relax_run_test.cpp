@@ -72,7 +72,7 @@ TEST(RelaxCase, TheWallMayBeStifferInPlacesByASeedOrAFileOfTerms) {
         EXPECT_NE(message.find(part), std::string::npos) << text << ": " << message;
     };
     const std::string header = "amplitude_share,phase_deg\n";
-    refused("share,phase\n0.5,0\n", "terms.csv:1:1: 'share,phase' was found; the header");
+    refused("share,phase\n0.5,0\n", "terms.csv:1:1: 'share,phase' was found; expected the header");
     refused(header, "terms.csv:2:1");
     refused(header + "0.5\n", "terms.csv:2:4");
     refused(header + "0.5,x\n", "terms.csv:2:5");

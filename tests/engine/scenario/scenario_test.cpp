@@ -155,13 +155,14 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
     expect("", "s.toml:18:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
     expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:20:9: [wall.variation] terms");
     expect("seed = -1", "s.toml:19:8: [wall.variation] seed = -1 was found");
-    expect("terms = 0.5", "s.toml:19:9: [wall.variation] terms = 0.5 was found; 1 to 64 pairs");
+    expect("terms = 0.5", "s.toml:19:9: [wall.variation] terms = 0.5 was found; expected 1 to 64 pairs");
     expect("terms = []", "s.toml:19:9: ");
     expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]", "s.toml:19:9: ");
     expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]",
            "the shares add up to 1, so that the stiffness could "
-           "reach 0; shares that add up to less than 1");
-    expect("terms = [[0.5, 0], [0.25]]", "s.toml:19:20: [wall.variation] terms = [ 0.25 ] was found; a pair");
+           "reach 0; expected shares that add up to less than 1");
+    expect("terms = [[0.5, 0], [0.25]]",
+           "s.toml:19:20: [wall.variation] terms = [ 0.25 ] was found; expected a pair");
     expect("terms = [[0.5, 0], [0.1, 0, 0]]", "s.toml:19:20: ");
     expect("terms = [[0.5, \"a\"]]", "s.toml:19:10: ");
     expect("terms = [[1, 0]]", "s.toml:19:10: ");
@@ -233,19 +234,19 @@ TEST(Scenario, WhatMakesNoScenarioIsRefused) {
     struct Case {
         const char *from, *to, *said;
     };
-    for (const Case& c :
-         std::vector<Case>{{"[imaging]", "[image]", "unknown key 'image' at the top"},
-                           {"inserted_mm = 20.0", "inserted_mm = nan", "inserted_mm"},
-                           {"inserted_mm = 20.0", "inserted_mm = inf", "inserted_mm"},
-                           {"inserted_mm = 20.0", "inserted_mm = 1e9", "1 to 2000"},
-                           {"[40.0, 10.0, 0.0]", "[40.0, nan, 0.0]", "isocentre_mm"},
-                           {"end = \"start\"\n", "", "end"},
-                           {"schema = 1\n", "", "schema"},
-                           {"schema = 1\n", "schema = 2\n", "schema"},
-                           {"seed = 3", "seed = = 3", "small.toml:3:"},
-                           {"[tube]", "anatomy = \"x.json\"\n[tube]", "one of them"},
-                           {"name = \"end\"", "name = \"end\"\ncentre_mm = [1, 2, 3]", "one of them"},
-                           {"radius_mm = 2.0", "radius_mm = 0.4", "does not fit"}}) {
+    for (const Case& c : std::vector<Case>{
+             {"[imaging]", "[image]", "unknown key 'image' at the top"},
+             {"inserted_mm = 20.0", "inserted_mm = nan", "inserted_mm"},
+             {"inserted_mm = 20.0", "inserted_mm = inf", "inserted_mm"},
+             {"inserted_mm = 20.0", "inserted_mm = 1e9", "1 to 2000"},
+             {"[40.0, 10.0, 0.0]", "[40.0, nan, 0.0]", "isocentre_mm"},
+             {"end = \"start\"\n", "", "end"},
+             {"schema = 1\n", "", "schema"},
+             {"schema = 1\n", "schema = 2\n", "schema"},
+             {"seed = 3", "seed = = 3", "small.toml:3:"},
+             {"[tube]", "anatomy = \"x.json\"\n[tube]", "expected one of"},
+             {"name = \"end\"", "name = \"end\"\ncentre_mm = [1, 2, 3]", "expected one of them"},
+             {"radius_mm = 2.0", "radius_mm = 0.4", "does not fit"}}) {
         SCOPED_TRACE(c.to);
         test::expect_said(refusal_of(c.from, c.to), c.said);
     }

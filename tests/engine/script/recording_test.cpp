@@ -62,12 +62,13 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
                       "x.gw:1:1: expected 'recording 3' in the first line, found 'recording 4'");
     test::expect_said(said("recording 2\n"), "x.gw:1:1: expected 'recording 3', found 'recording 2'");
     test::expect_said(said("0 beam on\nrecording 3\n"), "x.gw:2:1");
-    test::expect_said(said("recording 3\nscenario 12 renal\n"), "x.gw:2:10: a hash of 16");
+    test::expect_said(said("recording 3\nscenario 12 renal\n"), "x.gw:2:10: expected a hash of 16");
     test::expect_said(said("recording 3\nlesson 6 of 5\n"),
                       "x.gw:2:1: expected, in a recording, 'lesson DONE");
     test::expect_said(said("recording 3\npatient Ada B\n"), "x.gw:2:9: expected a number, or seed:17");
     test::expect_said(said("learner Ada\n"), "x.gw:1:1: 'learner' was found");
-    test::expect_said(said("recording 3\nlearner " + std::string(65, 'a') + "\n"), "x.gw:2:9: a name of at");
+    test::expect_said(said("recording 3\nlearner " + std::string(65, 'a') + "\n"),
+                      "x.gw:2:9: expected a name of at");
     test::expect_said(said("recording 3\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
 }
 
@@ -112,9 +113,10 @@ TEST(Recording, CommentsThatCannotBeAreRefusedWithTheirLine) {
     EXPECT_EQ(said("comment 5 a\r\n0 beam on\n"), "");
     EXPECT_EQ(said("comment 5 " + std::string(longest_comment, 'a') + "\n"), "");
     test::expect_said(said("comment 5 " + std::string(longest_comment + 1, 'a') + "\n"),
-                      "x.gw:1:11: a text of 1 to 300 bytes");
+                      "x.gw:1:11: expected a text of 1 to 300 bytes");
     for (const std::string bad : {"", " ", "\x01", "a\x7f", "a\tb", "\xff"})
-        test::expect_said(said("0 beam on\ncomment 5 " + bad + "\n"), "x.gw:2:11: a text of 1 to 300 bytes");
+        test::expect_said(said("0 beam on\ncomment 5 " + bad + "\n"),
+                          "x.gw:2:11: expected a text of 1 to 300 bytes");
     for (const std::string bad : {"x", "-1", "1000001", "1..2", ""})
         test::expect_said(said("comment " + bad + " words\n"), "x.gw:1:9: ");
     test::expect_said(said("0 beam on\n5 end\ncomment 6 late\n"), "x.gw:3:9: ");
@@ -149,7 +151,7 @@ TEST(Recording, ItsDateIsWrittenAndReadToTheSecond) {
     EXPECT_EQ(load_commands(folder / "run.gw").origin->date, at);
     EXPECT_EQ(time_of(folder / "run.gw"), at);
     test::expect_refusal([] { parse_commands("recording 3\ndate yesterday\n", "x.gw"); },
-                         "x.gw:2:6: a time such as");
+                         "x.gw:2:6: expected a time such as");
     test::expect_refusal([] { parse_commands("0 beam on\ndate 2026-11-26T20:31:05Z\n", "x.gw"); },
                          "x.gw:2:1: ");
     std::mt19937 random(8);

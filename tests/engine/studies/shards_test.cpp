@@ -53,7 +53,7 @@ TEST_F(Shards, NumbersOutOfRangeAreRefused) {
         EXPECT_NE(test::refusal([&] { io::parse_shard(text); }).find("i/n with 1 <= i <= n"),
                   std::string::npos)
             << text;
-    test::expect_refusal([&] { make_shard(folder, "a", "1/41"); }, "up to 40, one a piece");
+    test::expect_refusal([&] { make_shard(folder, "a", "1/41"); }, "expected at most 40, one a piece");
     EXPECT_FALSE(std::filesystem::exists(folder / "a"));
 }
 
@@ -100,7 +100,7 @@ TEST_F(Shards, DamagedOnesAreRefused) {
     test::expect_said(merge_refusal(folder, {"a"}), "a/shard.json: the shard is damaged");
     const std::pair<std::function<void(nlohmann::ordered_json&)>, const char*> changes[] = {
         {[](auto& json) { json["rows"].erase(7); }, "row 8 is damaged"},
-        {[](auto& json) { json["rows"].erase(39); }, "39 rows were found; 40"},
+        {[](auto& json) { json["rows"].erase(39); }, "39 rows were found; expected 40"},
         {[](auto& json) { json["rows"][3][5] = nullptr; }, "row 4 is damaged"},
         {[](auto& json) { json["rows"][3].erase(5); }, "row 4 is damaged"},
         {[](auto& json) { json["shard"] = 2; }, "the shard is damaged"},

@@ -125,7 +125,7 @@ TEST(VesselFile, SaysWhoThePatientIs) {
     old.age = 80;
     EXPECT_EQ(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 0, old).patient->age, 80);
     test::expect_refusal([&] { parse_vessel_file(good, "x.toml", 0, old); },
-                         "expected they for a preset's patient");
+                         "expected a preset whose patient they describe");
     EXPECT_EQ(parse_sex("m"), Sex::Male);
     test::expect_refusal([] { parse_sex("male"); }, "--sex: 'male' was found; expected f or m");
 }

@@ -70,9 +70,10 @@ TEST(VesselParts, BeginAtTheFirstPointOfTheirVessel) {
 }
 
 TEST(VesselParts, APlaceBeyondAPartAndAnUnknownPartAreRefused) {
-    test::expect_refusal([] { target_at("LCFA", 60); }, "the target 'goal' is 60 mm along 'LCFA'; 0 to ");
+    test::expect_refusal([] { target_at("LCFA", 60); },
+                         "the target 'goal' is 60 mm along 'LCFA'; expected 0 to ");
     test::expect_refusal([] { parsed(placed("stenosis", "LCIA", 300, "length_mm = 10\npercent = 30\n")); },
-                         "the stenosis is 300 mm along 'LCIA'; 0 to ");
+                         "the stenosis is 300 mm along 'LCIA'; expected 0 to ");
     test::expect_refusal([] { target_at("CFA", 0); }, "branches are:");        // no part of its own
     test::expect_refusal([] { target_at("LCIA+LCFA", 0); }, "branches are:");  // not in a row
 }

@@ -208,7 +208,7 @@ TEST(LumenImport, RefusesABall) {
     TriangleMesh ball = tube(1, 2, 32);
     ball = geometry::capped(ball, geometry::topology(ball).loops);
     for (Vec3& v : ball.vertices) v = 8 * (v - Vec3(1, 0, 0)).normalized();
-    expect_refused(ball, "a ball, not a vessel", "expected times as long as wide");
+    expect_refused(ball, "a ball, not a vessel", "times as long as wide");
 }
 
 TEST(LumenImport, FollowsASacThatHasNoEnd) {
@@ -301,7 +301,7 @@ TEST(LumenImport, RefusesTheWallOfAVesselInPlaceOfItsLumen) {
 }
 
 TEST(LumenImport, RefusesAMeshTooCoarse) {
-    expect_refused(tube(2, 40, 3), "median edge", "expected centrelines beside it (--centrelines)");
+    expect_refused(tube(2, 40, 3), "median edge", "centrelines beside it (--centrelines)");
 }
 
 TEST(LumenImport, RefusesALumenNarrowerThanTheThinnestWire) {

@@ -136,7 +136,7 @@ TEST(MeshRepair, RefusesASurfaceWithOneSideOnly) {
     }
     const std::string text = test::refusal([&] { repaired(band); });
     test::expect_said(text, "Möbius");
-    test::expect_said(text, "expected two sides");
+    test::expect_said(text, "expected a surface with two sides");
 }
 
 TEST(MeshRepair, RefusesATriangle) {

@@ -83,7 +83,7 @@ TEST(Naming, BranchesTakeTheNamesOfTheLinesAlongThem) {
 
 TEST(Naming, WhatCannotBeNamedIsRefused) {
     const auto said = [](const std::vector<NamedPlace>& places) { return refusal([&] { named(places); }); };
-    expect_said(said({{"A", Vec3(15, 20, 0)}}), "from the nearest end; up to");
+    expect_said(said({{"A", Vec3(15, 20, 0)}}), "from the nearest end; expected at most");
     expect_said(said({{"A", inlet}, {"B", inlet}}), "'A' and 'B' both name the end at");
     expect_said(said({{"A", inlet}, {"A", outlet}}), "'A' names two ends");
     EXPECT_EQ(parse_named_place("LCFA=1,-2.5,3e1").at, Vec3(1, -2.5, 30));
