@@ -48,7 +48,7 @@ missing() {
     gl=$osmesa
     if [ "${SELDINGER_GL:-}" = egl ]; then
         gl=$egl
-    elif [ -n "$(lacks $osmesa)" ] && { [ -z "$(lacks $egl)" ] || [ -n "${osmesa_is_gone:-}" ]; }; then
+    elif [ -n "$(lacks $osmesa)" ] && [ -n "${osmesa_is_gone:-}" ]; then
         gl=$egl
     fi
     lacks $packages $gl
@@ -58,6 +58,10 @@ if ! command -v dpkg-query >/dev/null 2>&1; then
     # Not a Debian: the build itself names what it does not find.
     command -v cmake >/dev/null 2>&1 || fail "neither apt nor cmake is here; Debian 12's names of what is needed: $(echo $packages)"
     exit 0
+fi
+# Where apt has its lists and none has OSMesa, EGL it is; without lists they are asked for first.
+if ls /var/lib/apt/lists/*Packages* >/dev/null 2>&1 && [ -z "$(apt-cache madison $osmesa 2>/dev/null)" ]; then
+    osmesa_is_gone=yes
 fi
 lacking=$(missing)
 [ -n "$lacking" ] || exit 0

@@ -70,12 +70,12 @@ self=$(readlink -f "$0")
 name=${self##*/}
 root=${self%/*/*}
 export SELDINGER_PORTABLE="$root" SELDINGER_FONTS="${SELDINGER_FONTS-$root/share/fonts}"
-if [ "${1-}" = play ]; then # the window's OpenGL: Mesa's own, on the processor
-    export LIBGL_DRIVERS_PATH="$root/lib/dri" LIBGL_ALWAYS_SOFTWARE=1 __GLX_VENDOR_LIBRARY_NAME=mesa
-fi
-export __EGL_VENDOR_LIBRARY_DIRS="$root/share/glvnd/egl_vendor.d"
+# OpenGL of the archive's Mesa, on the processor, for images and for the window.
+export LIBGL_DRIVERS_PATH="$root/lib/dri" LIBGL_ALWAYS_SOFTWARE=1
+export __GLX_VENDOR_LIBRARY_NAME=mesa __EGL_VENDOR_LIBRARY_DIRS="$root/share/glvnd/egl_vendor.d"
 exec "$root/lib/ld-linux-x86-64.so.2" --library-path "$root/lib" "$root/lib/$name.bin" "$@"
 ]])
+  file(CREATE_LINK ../bin/${name} ${lib}/${name} SYMBOLIC)  # where one program starts the other
   file(CHMOD ${program} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 endforeach()
 
