@@ -44,6 +44,16 @@ lacks() {
         dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf '%s\n' "$package"
     done | sort -u | tr '\n' ' '
 }
+# Packages that apt does not know here. For toml++ its headers in /usr/local/include do (Ubuntu 22.04 has no package).
+unknown() {
+    for package in "$@"; do
+        [ -n "$(apt-cache madison "$package" 2>/dev/null)" ] || printf '%s ' "$package"
+    done
+}
+if [ -e /usr/local/include/toml++/toml.h ]; then
+    run=$(printf '%s' "$run" | sed 's/libtomlplusplus-dev//')
+    packages=$(printf '%s' "$packages" | sed 's/libtomlplusplus-dev//')
+fi
 missing() {
     gl=$osmesa
     if [ "${SELDINGER_GL:-}" = egl ]; then
@@ -89,6 +99,8 @@ if [ -z "$(apt-cache madison $osmesa 2>/dev/null)" ]; then
     lacking=$(missing)
     [ -n "$lacking" ] || exit 0
 fi
+strange=$(unknown $lacking)
+[ -z "$strange" ] || fail "apt knows no package ${strange% } on this system; docs/install.md lists the systems that have all, and what to do on others"
 # "Need to get 1,234 kB of archives." and "After this operation, 5,678 kB of additional disk space will be used."
 plan=$(apt-get install --assume-no --no-install-recommends $lacking 2>/dev/null || true)
 count=$(printf '%s\n' "$plan" | sed -n 's/^.* \([0-9]*\) newly installed.*/\1/p')

@@ -42,6 +42,8 @@ make_chroot() { # SYSTEM
         debootstrap --variant=minbase --keyring="$ubuntu_keys" --components=main,universe "$1" "$folder/$1.new" "$ubuntu" gutsy
         ;;
     esac
+    # A mirror's copy of unstable may be older than its signature lasts.
+    echo 'Acquire::Check-Valid-Until "false";' >"$folder/$1.new/etc/apt/apt.conf.d/90stale"
     mv "$folder/$1.new" "$folder/$1"
 }
 
@@ -77,6 +79,10 @@ for wanted in "$@"; do
     rm -rf "$root/seldinger/source"
     mkdir -p "$root/seldinger/source"
     git archive HEAD | tar -x -C "$root/seldinger/source"
+    if [ "$system" = jammy ]; then # which has no package of toml++: its headers, as docs/install.md says
+        mkdir -p "$root/usr/local/include"
+        cp -r /usr/include/toml++ "$root/usr/local/include"
+    fi
     mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
     trap 'umount "$root/proc" 2>/dev/null || true' EXIT
     start=$SECONDS
