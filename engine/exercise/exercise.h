@@ -66,7 +66,6 @@ public:
     /// Another exercise without images in the state of one without images, whose vessels it shares. Its
     /// recording is not shared. Throws std::invalid_argument for an exercise with images.
     Exercise(const Exercise&);
-    Exercise(Exercise&&) noexcept = default;
 
     /// Records every frame from the next one on, with the names and hashes of scenario and anatomy in the
     /// header. Throws InputError when the file cannot be written.

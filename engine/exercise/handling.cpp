@@ -86,7 +86,7 @@ void Handling::note_injuries(const Frame& frame) {
         mark.start = std::max(0.0, frame.time.seconds - 1 / simulation.scenario().frame_rate);
         mark.place = injury.place;
         mark.branch = simulation.anatomy().branches[static_cast<std::size_t>(injury.branch)].name;
-        mark.wall = MishapMark::Wall{injury.device, injury.along, injury.threshold, source_of(injury)};
+        mark.wall = InjuredWall{injury.device, injury.along, injury.threshold, source_of(injury)};
         marks_.push_back(mark);
         open_injury_ = static_cast<int>(marks_.size());
     }

@@ -80,6 +80,15 @@ struct MishapLimits {
     double pause = 0.5;      // an interruption as short as this does not make one error into two [s]
 };
 
+/// Of an injury, whose place is that of the wall.
+struct InjuredWall {
+    script::Held device = script::Held::Wire;
+    double along = 0;      // from the branch's start along its centreline [mm]
+    double threshold = 0;  // end-on force that the wall bears [N]
+    std::string source;    // of the threshold
+    void state(geometry::StateStream& s) { s(device, along, threshold, source); }
+};
+
 struct MishapMark {
     Mishap kind = Mishap::BlindMotion;
     int first = 0, last = 0;                        // frames of the run
@@ -87,15 +96,7 @@ struct MishapMark {
     geometry::Vec3 place = geometry::Vec3::Zero();  // of the tip, at the first frame [mm]
     std::string branch;                             // of the anatomy, there
     double amount = 0;                              // the largest so far, in the kind's unit
-    /// Of an injury, whose place is that of the wall.
-    struct Wall {
-        script::Held device = script::Held::Wire;
-        double along = 0;      // from the branch's start along its centreline [mm]
-        double threshold = 0;  // end-on force that the wall bears [N]
-        std::string source;    // of the threshold
-        void state(geometry::StateStream& s) { s(device, along, threshold, source); }
-    };
-    std::optional<Wall> wall = {};
+    std::optional<InjuredWall> wall = {};
 
     void state(geometry::StateStream& s) { s(kind, first, last, start, place, branch, amount, wall); }
 };
