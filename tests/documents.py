@@ -5,10 +5,13 @@
 - Every command line `seldinger ...` in code names a command, options and an exercise that the program has.
 - Blocks marked as console show what the program prints, where that is quick to find out.
 - README.md has at most 150 lines.
+- Questions that many have find their answer among the first three pages of a search.
 
 Without PROGRAM the commands are not checked. Needs no network and writes nothing but to a folder of its own.
 """
 
+import collections
+import math
 import os
 import pathlib
 import re
@@ -21,6 +24,17 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 README_LINES = 150
 # Commands whose output is known within a second; others in console blocks are not run.
 QUICK = re.compile(r"seldinger (--version|list( devices| straight)?|run straight .*--frames none|(score|replay) hello/run.gw)")
+
+# What people search for, and the sections that answer it; any of them will do.
+SEARCHES = {
+    "branch ends": ("docs/faq.md#where-does-a-branch-leave-its-parent-and-where-does-it-end",
+                    "docs/author/own-mesh.md#where-a-branch-leaves-its-parent-and-where-it-ends"),
+    "target radius": ("docs/faq.md#what-target-radius-is-good",),
+    "where does the solution go": ("docs/faq.md#where-does-the-solution-go",),
+    "units": ("docs/faq.md#which-units-does-seldinger-use",),
+    "left and right": ("docs/faq.md#left-and-right-whose-are-they-and-what-are-the-axes",
+                       "docs/author/own-mesh.md#axes-left-and-right"),
+}
 
 LINK = re.compile(r"(!?)\[(?:[^\[\]]|\[[^\]]*\])*\]\(<?([^()\s<>]+(?:\([^()]*\))?[^()\s<>]*)>?(?:\s+\"[^\"]*\")?\)")
 PROMPT = re.compile(r"^\s*(?:\$ )?(?:[A-Z_]+=\S+ )*((?:\S*/)?seldinger(?: .*)?)$")
@@ -42,8 +56,11 @@ class Page:
         self.name = str(path.relative_to(ROOT))
         self.prose, self.code, self.consoles = [], [], []  # (line number, text); a console is a list of them
         self.anchors = set()
+        self.sections = []  # [anchor, heading, text]
         fence, blank, indented = None, True, False
         for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
+            if self.sections:
+                self.sections[-1][2] += line + "\n"
             mark = re.match(r"\s*(```+|~~~+)\s*(\w*)", line)
             if mark and (fence is None or line.strip().startswith(fence)):
                 fence = None if fence else mark.group(1)
@@ -63,7 +80,7 @@ class Page:
                 continue
             self.prose.append((number, line))
             if heading := re.match(r"#{1,6}\s+(.*?)\s*#*$", line):
-                self.add_anchor(heading.group(1))
+                self.sections.append([self.add_anchor(heading.group(1)), heading.group(1), ""])
             self.anchors.update(re.findall(r"<a (?:id|name)=\"([^\"]+)\"", line))
 
     def add_anchor(self, heading):
@@ -74,6 +91,7 @@ class Page:
         while name in self.anchors:
             name, k = f"{slug}-{k}", k + 1
         self.anchors.add(name)
+        return name
 
     def links(self):
         """(line number, is a picture, target) of every link that leads to this repository."""
@@ -112,6 +130,39 @@ def link_faults(all_pages):
                 yield f"{where}: expected a picture, found none in '{target}'"
             elif anchor and path in by_path and anchor not in by_path[path].anchors:
                 yield f"{where}: '{file or page.name}' has no heading '#{anchor}'"
+
+
+def search(all_pages, query):
+    """The best section of each page for a query, best first, ranked much as the site's search does: BM25, a word of a
+    heading counts a thousand times, and a section with all words twice."""
+    def words(text):
+        return collections.Counter(re.findall(r"[^\W_]+", text.lower()))
+
+    sections = [(f"{page.name}#{anchor}", words(heading), words(text))
+                for page in all_pages for anchor, heading, text in page.sections]
+    terms = words(query).keys() - {"a", "and", "does", "is", "the", "what", "where", "which"}
+    means = [sum(section[field].total() for section in sections) / len(sections) for field in (1, 2)]
+    rarities = {term: math.log(1 + len(sections) / (1 + sum(term in heading or term in text for _, heading, text in sections)))
+                for term in terms}
+    scores = collections.defaultdict(lambda: (0, ""))
+    for name, heading, text in sections:
+        score = 0
+        for term, rarity in rarities.items():
+            for field, mean, boost in ((heading, means[0], 1000), (text, means[1], 1)):
+                length = 0.3 + 0.9 * field.total() / mean
+                score += boost * rarity * 2.2 * field[term] / (length + field[term])
+        score *= 2 if all(term in heading or term in text for term in terms) else 1
+        page = name.split("#")[0]
+        scores[page] = max(scores[page], (score, name))
+    return [name for score, name in sorted(scores.values(), reverse=True) if score > 0]
+
+
+def search_faults(all_pages):
+    """Questions whose answer is not among the first three pages that a search shows."""
+    for query, answers in SEARCHES.items():
+        found = search(all_pages, query)
+        if not set(answers) & set(found[:3]):
+            yield f"expected {' or '.join(answers)} among the first three pages for '{query}', found {', '.join(found[:3])}"
 
 
 class Program:
@@ -207,7 +258,7 @@ def console_faults(all_pages, program):
 
 def main():
     all_pages = [Page(path) for path in pages()]
-    faults = list(link_faults(all_pages))
+    faults = [*link_faults(all_pages), *search_faults(all_pages)]
     count = len((ROOT / "README.md").read_text(encoding="utf-8").split("\n")) - 1
     if count > README_LINES:
         faults.append(f"README.md: expected at most {README_LINES} lines, found {count}")
