@@ -62,7 +62,11 @@ private:
 };
 
 AnatomyCommand::AnatomyCommand(CLI::App& app)
-    : command_(app.add_subcommand("anatomy", "Make a vessel anatomy that scenarios can name")) {
+    : command_(app.add_subcommand("anatomy",
+                                  "Make a vessel anatomy that scenarios can name\n\n"
+                                  "Examples:\n"
+                                  "  seldinger anatomy generate iliac-renal --seed 7 --out vessels\n"
+                                  "  seldinger anatomy import lumen.stl --body pelvis --out vessels")) {
     command_->require_subcommand(1);
     add_generate();
     add_import();
@@ -80,27 +84,38 @@ int AnatomyCommand::run() {
 
 void AnatomyCommand::add_generate() {
     CLI::App* generate = generate_ = command_->add_subcommand(
-        "generate", "Grow vessels from a preset or a file, with a lumen to push wires in");
-    generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")->required();
-    generate
-        ->add_option("--seed", request_.seed,
-                     "Draws patient, dimensions and bends of a preset; 0 = the published means")
-        ->check(CLI::Range(0.0, 9e15));
-    generate->add_option("--sex", sex_, "The patient's, f or m; else by seed");
+        "generate",
+        "Grow vessels from a preset or a file, with a lumen to push wires in\n\n"
+        "Examples:\n"
+        "  seldinger anatomy generate iliac-renal --seed 7 --out vessels\n"
+        "  seldinger anatomy generate aorta --age 78 --sex m --stenosis LCIA:20:15:60 --out vessels");
+    generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")
+        ->required()
+        ->type_name("PRESET");
+    generate->add_option("--seed", request_.seed,
+                         "Draws patient, dimensions and bends of a preset; 0 = the published means");
+    generate->add_option("--sex", sex_, "The patient's; else by seed")->check(one_of({"f", "m"}));
     generate->add_option("--age", request_.patient.age, "In years; else by seed")
-        ->check(CLI::Range(anatomy::youngest, anatomy::oldest));
+        ->check(number(anatomy::youngest, anatomy::oldest));
     generate->add_option("--height", height_cm_, "In cm; else by seed")
-        ->check(CLI::Range(anatomy::shortest / mm_per_cm, anatomy::tallest / mm_per_cm));
+        ->check(number(anatomy::shortest / mm_per_cm, anatomy::tallest / mm_per_cm));
     generate->add_option("--weight", request_.patient.weight, "In kg; else by seed")
-        ->check(CLI::Range(anatomy::lightest, anatomy::heaviest));
-    generate->add_option("--out", request_.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
-    generate->add_option("--name", request_.name, "NAME; else the preset or the file, with the seed");
-    generate->add_option("--stenosis", stenoses_, "BRANCH:AT:LENGTH:PERCENT of the diameter [mm]")
-        ->take_all();
-    generate->add_option("--aneurysm", aneurysms_, "BRANCH:AT:DIAMETER:NECK[:ANGLE] [mm, deg]")->take_all();
-    generate->add_option("--tortuosity", tortuosities_, "AMPLITUDE:WAVELENGTH[:BRANCH] [mm]")->take_all();
+        ->check(number(anatomy::lightest, anatomy::heaviest));
+    generate->add_option("--out", request_.out, "Folder for NAME.anatomy.json and NAME.stl")
+        ->required()
+        ->type_name("FOLDER");
+    generate->add_option("--name", request_.name, "NAME; else the preset or the file, with the seed")
+        ->type_name("NAME");
+    generate
+        ->add_option("--stenosis", stenoses_, "BRANCH:AT:LENGTH:PERCENT of the diameter [mm]; again for more")
+        ->type_name("STENOSIS");
+    generate
+        ->add_option("--aneurysm", aneurysms_, "BRANCH:AT:DIAMETER:NECK[:ANGLE] [mm, deg]; again for more")
+        ->type_name("ANEURYSM");
+    generate->add_option("--tortuosity", tortuosities_, "AMPLITUDE:WAVELENGTH[:BRANCH] [mm]; again for more")
+        ->type_name("BENDS");
     generate->add_option("--threads", request_.threads, "Threads; the anatomy does not depend on them")
-        ->check(CLI::Range(1, 256));
+        ->check(whole_number(1, 256));
     std::string presets = "Presets:\n";
     for (const anatomy::VesselPreset& preset : anatomy::vessel_presets())
         presets += fmt::format("  {:<12} {}\n", preset.name, preset.what);
@@ -133,63 +148,80 @@ int AnatomyCommand::generate() {
 void AnatomyCommand::add_import() {
     anatomy::ImportRequest& request = import_request_;
     import_ =
-        command_->add_subcommand("import", "Mend the mesh of a lumen and find its ends, branches and radii");
+        command_->add_subcommand("import",
+                                 "Mend the mesh of a lumen and find its ends, branches and radii\n\n"
+                                 "Examples:\n"
+                                 "  seldinger anatomy import lumen.stl --body pelvis --out vessels\n"
+                                 "  seldinger anatomy import lumen.vtp --unit cm --axes ras --out vessels "
+                                 "--scenario mine.toml");
     import_
         ->add_option(
             "mesh", request.mesh,
             "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, .vtk)")
-        ->required();
-    import_->add_option("--unit", request.options.unit, "Of the mesh's numbers: mm, cm or m");
+        ->required()
+        ->type_name("FILE");
+    import_->add_option("--unit", request.options.unit, "Of the mesh's numbers")
+        ->check(one_of({"mm", "cm", "m"}));
     import_->add_option("--scale", request.options.frame.scale, "Factor after the unit");
-    import_->add_option(
-        "--axes", request.options.frame.axes,
-        "Of the file: lps (+x left, +y back, as everywhere here), or ras, as some programs write");
+    import_
+        ->add_option(
+            "--axes", request.options.frame.axes,
+            "Of the file: lps (+x left, +y back, as everywhere here), or ras, as some programs write")
+        ->check(one_of({"lps", "ras"}));
     import_
         ->add_option("--rotate", request.options.frame.rotations,
                      "AXIS:DEG, such as x:90, about the origin and after --axes; again for more, in order")
-        ->take_all()
-        ->allow_extra_args(false);
+        ->type_name("AXIS:DEG");
     import_
         ->add_option(
             "--inlet", inlet_,
             "X,Y,Z in mm, after scale, axes and turns, near the end that wires come in by; else the largest")
         ->delimiter(',')
-        ->expected(3);
+        ->expected(3)
+        ->check(number())
+        ->type_name("X,Y,Z");
     import_
         ->add_option("--end", opened_,
                      "X,Y,Z in mm near a closed tip that is cut open; again for more. Else all are, where "
                      "fewer than two ends are open")
         ->delimiter(',')
         ->expected(3)
-        ->take_all();
+        ->take_all()
+        ->check(number())
+        ->type_name("X,Y,Z");
     import_
         ->add_option(
             "--centrelines", request.options.centrelines,
             "Take these, with their names: VTK PolyData (.vtp, .vtk, as of VMTK), SimVascular's .pth, JSON "
             "{\"name\": [[x, y, z, r], …]}, all in the mesh's unit, or CSV branch,x_mm,y_mm,z_mm[,r_mm]; "
             "again for more files")
-        ->take_all()
-        ->allow_extra_args(false);
-    import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
+        ->type_name("FILE");
+    import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")
+        ->required()
+        ->type_name("FOLDER");
     import_
         ->add_option(
             "--name", names_,
             "NAME of the files, else the mesh's; or END=X,Y,Z in mm: the end there, its branch and its "
             "target are called END (a branch without the .in or .out of END); again for more")
-        ->take_all()
-        ->allow_extra_args(false);
-    import_->add_option("--body", request.body, "Where this is: pelvis, abdomen, chest or head");
+        ->type_name("NAME");
+    import_->add_option("--body", request.body, "Where this is")
+        ->check(one_of({"pelvis", "abdomen", "chest", "head"}));
     import_
         ->add_option(
             "--landmark", landmark_,
             "X,Y,Z in mm of the aortic bifurcation (pelvis, abdomen), the aortic valve (chest) or the "
             "sella (head); else a guess, which is printed")
         ->delimiter(',')
-        ->expected(3);
-    import_->add_option("--scenario", request.scenario,
-                        "File for the scenario that is printed at the end (.toml)");
+        ->expected(3)
+        ->check(number())
+        ->type_name("X,Y,Z");
+    import_
+        ->add_option("--scenario", request.scenario,
+                     "File for the scenario that is printed at the end (.toml)")
+        ->type_name("FILE");
     import_->add_option("--threads", request.options.threads, "Threads; the anatomy does not depend on them")
-        ->check(CLI::Range(1, 256));
+        ->check(whole_number(1, 256));
     import_->footer("Exit codes: 0 done, 2 bad input; nothing is then written.");
 }
 
@@ -205,8 +237,8 @@ int AnatomyCommand::import() {
         } else if (request.name.empty()) {
             request.name = name;
         } else {
-            throw io::InputError(
-                "--name: '{}' and '{}' were given for the files; expected one, and END=X,Y,Z for each end",
+            throw BadArgument(
+                "--name: expected one for the files, and END=X,Y,Z for each end, found '{}' and '{}'",
                 request.name, name);
         }
     }
@@ -222,8 +254,11 @@ int AnatomyCommand::import() {
 }
 
 void AnatomyCommand::add_check() {
-    check_ = command_->add_subcommand("check", "Judge an anatomy by every check, with its figure");
-    check_->add_option("anatomy", checked_, "NAME.anatomy.json")->required();
+    check_ = command_->add_subcommand("check",
+                                      "Judge an anatomy by every check, with its figure\n\n"
+                                      "Example:\n"
+                                      "  seldinger anatomy check vessels/mine.anatomy.json");
+    check_->add_option("anatomy", checked_, "NAME.anatomy.json")->required()->type_name("FILE");
     check_->footer("Exit codes: 0 usable, 2 bad input or a check that failed.");
 }
 
@@ -234,14 +269,19 @@ int AnatomyCommand::check() const {
 }
 
 void AnatomyCommand::add_show() {
-    show_ =
-        command_->add_subcommand("show", "Draw lumen, centrelines, names, ends and targets from three sides");
-    show_->add_option("anatomy", shown_, "NAME.anatomy.json")->required();
-    show_->add_option("--out", picture_, "The picture, a .png")->required();
+    show_ = command_->add_subcommand("show",
+                                     "Draw lumen, centrelines, names, ends and targets from three sides\n\n"
+                                     "Example:\n"
+                                     "  seldinger anatomy show vessels/mine.anatomy.json --out mine.png");
+    show_->add_option("anatomy", shown_, "NAME.anatomy.json")->required()->type_name("FILE");
+    show_->add_option("--out", picture_, "The picture, a .png")
+        ->required()
+        ->type_name("FILE")
+        ->check(picture_name());
 }
 
 int AnatomyCommand::show() const {
-    require_picture(picture_);
+    io::require_writable(picture_);
     io::require_distinct(std::array{io::Output{"--out", picture_}},
                          std::array{std::filesystem::path(shown_),
                                     anatomy::mesh_named_by(shown_).value_or(std::filesystem::path())});
@@ -251,19 +291,22 @@ int AnatomyCommand::show() const {
 
 void AnatomyCommand::add_voxelise() {
     voxelise_ = command_->add_subcommand(
-        "voxelise", "Write the patient of a scenario as a CT, to try programs and scenarios that take one");
+        "voxelise",
+        "Write the patient of a scenario as a CT, to try programs and scenarios that take one\n\n"
+        "Example:\n"
+        "  seldinger anatomy voxelise renal --voxel 2 --out renal.nii.gz");
     add_scenario(voxelise_, scenario_);
-    voxelise_->add_option("--out", ct_, "The CT: .nii, .nii.gz or .nrrd")->required();
-    voxelise_->add_option("--voxel", voxel_, "Width of a voxel [mm]")->check(CLI::Range(0.3, 10.0));
-    voxelise_->add_option("--margin", margin_, "Above and below the vessels [mm]")
-        ->check(CLI::Range(0.0, 1000.0));
-    voxelise_->add_option("--cache", cache_, "Folder that keeps grown vessels; else cache beside --out");
+    voxelise_->add_option("--out", ct_, "The CT: .nii, .nii.gz or .nrrd")->required()->type_name("FILE");
+    voxelise_->add_option("--voxel", voxel_, "Width of a voxel [mm]")->check(number(0.3, 10));
+    voxelise_->add_option("--margin", margin_, "Above and below the vessels [mm]")->check(number(0, 1000));
+    add_cache_folder(voxelise_, cache_, "cache beside --out");
 }
 
 int AnatomyCommand::voxelise() const {
     const scenario::Scenario scenario = scenario_named(scenario_);
     if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
-        throw io::InputError(scenario_.named + ": expected a scenario with the procedural patient");
+        throw io::InputError(scenario_.named +
+                             ": expected a scenario with the procedural patient, found none in it");
     patient::check_ct_name(ct_);
     require_no_input({{"--out", ct_}}, scenario, {});
     io::require_writable(ct_);
@@ -286,9 +329,10 @@ int AnatomyCommand::voxelise() const {
     const render::VolumeGrid grid = patient::grid_around(low, high, voxel_);
     if (static_cast<double>(grid.count()) > patient::most_samples)
         throw io::InputError(
-            "{:.0f} million voxels of {:g} mm would be needed; expected at most {:.0f} million: a wider "
-            "--voxel or a smaller --margin",
-            1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples);
+            "expected up to {:.0f} million voxels, found {:.0f} million of {:g} mm: a wider --voxel or a "
+            "smaller "
+            "--margin makes fewer",
+            1e-6 * patient::most_samples, 1e-6 * static_cast<double>(grid.count()), voxel_);
     patient::write_ct(ct_, patient::voxelised(layers, grid, cache.progress));
     print("{}: {} × {} × {} voxels of {:g} mm\n", ct_, grid.size[0], grid.size[1], grid.size[2], voxel_);
     return 0;

@@ -25,9 +25,6 @@ struct AuthorArguments {
     int jobs = 2;
 };
 
-/// Ends the work.
-struct Interrupted {};
-
 /// Everything that the command finds out.
 struct Found {
     author::Solution solution;
@@ -144,13 +141,14 @@ void print_standard(const Found& found, const scenario::ExerciseFiles& out,
 /// state of the exercise, or is a guided lesson, which nothing is judged in. Throws Interrupted, and has
 /// written nothing.
 void add_benchmark_of(scenario::Scenario& scenario, const script::CommandScript& solution,
-                      const std::filesystem::path& folder, const anatomy::ModelCache& cache) {
+                      const room::Speeds& speeds, const std::filesystem::path& folder,
+                      const anatomy::ModelCache& cache) {
     const scenario::Benchmark& known = scenario.lesson.benchmark;
     if (scenario.lesson.guided()) return;
     if (known.given() && (known.by != by_a_program || known.scenario == scenario.content)) return;
     std::vector<exercise::Score> reached;
     for (std::uint64_t seed = 1; seed <= usual_attempts; ++seed) {
-        const auto score = played_attempt(scenario, solution, seed, cache);
+        const auto score = played_attempt(scenario, solution, speeds, seed, cache);
         if (!score) throw Interrupted();
         if (score->completed) reached.push_back(*score);
     }
@@ -168,6 +166,7 @@ int author_exercise(const AuthorArguments& arguments) {
     const scenario::ExerciseFiles files = exercise_named(arguments.scenario), out = outputs_of(files);
     scenario::Scenario scenario = load_exercise(files.file);
     require_free(files, out, scenario, arguments);
+    const room::Speeds speeds = key_speeds();
     const std::string source = arguments.from.empty() ? files.solution.string() : arguments.from;
     const script::CommandScript recording = script::load_commands(source);
     author::require_recording_of(recording, scenario.name);
@@ -185,7 +184,7 @@ int author_exercise(const AuthorArguments& arguments) {
         report_on(bar, cache);
         found = find(scenario, out, recording, arguments, cache, bar);
         bar.show(0.93, "benchmark");
-        add_benchmark_of(scenario, found.solution.script, out.file.parent_path(), cache);
+        add_benchmark_of(scenario, found.solution.script, speeds, out.file.parent_path(), cache);
         bar.show(0.97, "picture");
         if (draws) author::write_thumbnail(out.picture, scenario, cache);
         if (!arguments.from.empty()) io::write_whole(out.solution, found.solution.text);
@@ -220,16 +219,22 @@ int author_exercise(const AuthorArguments& arguments) {
 Command add_author(CLI::App& parser) {
     const auto arguments = std::make_shared<AuthorArguments>();
     CLI::App* command = parser.add_subcommand(
-        "author", "Make a solution of a recording, and say how inexact a hand it forgives");
+        "author",
+        "Make a solution of a recording, and say how inexact a hand it forgives\n\n"
+        "Examples:\n"
+        "  seldinger author mine --from recordings/mine-0001.gw\n"
+        "  seldinger author renal                                what the solution that is there forgives");
     add_scenario(command, arguments->scenario);
-    command->add_option("--from", arguments->from,
-                        "Recording (.gw) of an attempt that reached the target; else NAME.gw is looked over");
+    command
+        ->add_option("--from", arguments->from,
+                     "Recording (.gw) of an attempt that reached the target; else NAME.gw is looked over")
+        ->type_name("FILE");
     command->add_flag("--replace", arguments->replace, "Replace a NAME.gw and NAME.png that are there");
     command->add_option("--off", arguments->off, "By how much of each amount hands are off [%]")
-        ->check(CLI::Range(0.1, 50.0))
+        ->check(number(0.1, 50))
         ->capture_default_str();
     command->add_option("--jobs", arguments->jobs, "Attempts at the same time; results do not depend on it")
-        ->check(CLI::Range(1, 256));
+        ->check(whole_number(1, 256));
     add_cache_folder(command, arguments->cache);
     command->footer(
         "NAME.gw has the recording's motions in ranges of frames, beside NAME.toml, and NAME.png is the "

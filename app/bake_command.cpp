@@ -25,11 +25,9 @@ struct SeedRange {
     std::uint64_t first = 0, end = 0;
 };
 
-/// Ends the growth of vessels.
-struct Stopped {};
+constexpr std::uint64_t most = 100'000;
 
-SeedRange seeds_of(const std::string& text) {
-    constexpr std::uint64_t most = 100'000;
+std::optional<SeedRange> seeds_of(const std::string& text) {
     SeedRange range;
     const char* const last = text.data() + text.size();
     const auto first = std::from_chars(text.data(), last, range.first);
@@ -39,18 +37,17 @@ SeedRange seeds_of(const std::string& text) {
             range.end - range.first <= most && range.end <= std::uint64_t{9'000'000'000'000'000})
             return range;
     }
-    throw io::InputError(
-        "--seeds: '{}' was given; expected FIRST:END, as 0:100 for 0 to 99, up to {} of them", text, most);
+    return std::nullopt;
 }
 
 int bake(const BakeArguments& arguments) {
-    const SeedRange seeds = seeds_of(arguments.seeds);
+    const SeedRange seeds = seeds_of(arguments.seeds).value();
     static_cast<void>(
         anatomy::vessel_preset(arguments.preset));  // that there is none is told before all else
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     if (cache.folder.empty())
-        throw io::InputError("there is no folder to keep anatomies in; expected --cache FOLDER");
+        throw BadArgument("expected HOME, XDG_CACHE_HOME or --cache to name a folder, found none");
     std::uint64_t kept = 0, failed = 0, lost = 0;
     {
         ProgressBar bar;
@@ -58,7 +55,7 @@ int bake(const BakeArguments& arguments) {
         const auto shows = cache.progress;
         cache.progress = [&shows](double part, const char* what) {
             shows(part, what);
-            if (stop_requested()) throw Stopped();
+            if (stop_requested()) throw Interrupted();
         };
         for (std::uint64_t seed = seeds.first; seed < seeds.end && !stop_requested(); ++seed) {
             try {
@@ -75,7 +72,7 @@ int bake(const BakeArguments& arguments) {
             } catch (const io::InputError& error) {
                 ++failed;
                 tell("seed {}: {}\n", seed, error.what());
-            } catch (const Stopped&) {
+            } catch (const Interrupted&) {
             }
         }
     }
@@ -94,14 +91,22 @@ int bake(const BakeArguments& arguments) {
 Command add_bake(CLI::App& parser) {
     const auto arguments = std::make_shared<BakeArguments>();
     CLI::App* command = parser.add_subcommand(
-        "bake", "Grows the anatomies of many seeds into the cache, with their walls and bodies");
+        "bake",
+        "Grow the anatomies of many seeds into the cache, with their walls and bodies\n\n"
+        "Examples:\n"
+        "  seldinger bake iliac-renal --seeds 0:100\n"
+        "  seldinger bake aorta --seeds 0:8 --without-bodies");
     command->add_option("preset", arguments->preset, "Vessels, as 'anatomy generate --help' lists them")
-        ->required();
-    command->add_option("--seeds", arguments->seeds, "FIRST:END; the last is END - 1")->required();
-    command->add_option("--cache", arguments->cache,
-                        "The folder; else the user's own, as of the Python module");
+        ->required()
+        ->type_name("PRESET");
+    command->add_option("--seeds", arguments->seeds, "The last is END - 1")
+        ->required()
+        ->type_name("FIRST:END")
+        ->check(text_that([](const std::string& text) { return seeds_of(text).has_value(); },
+                          fmt::format("FIRST:END, as 0:100 for 0 to 99, and up to {} of them", most)));
+    add_cache_folder(command, arguments->cache, "the user's own, as of the Python module");
     command->add_flag("--without-bodies", arguments->without_bodies,
-                      "Leaves out the patients around the vessels, which only images and doses need");
+                      "Without the patients around the vessels, which only images and doses need");
     command->footer(
         "What is in the cache already is not made again. The cache holds SELDINGER_CACHE_MB million bytes "
         "(4000);\n"

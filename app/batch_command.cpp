@@ -26,7 +26,8 @@ struct BatchArguments {
 };
 
 int merge(const BatchArguments& arguments) {
-    if (arguments.shard) throw io::InputError("--shard: it goes with a list; 'batch merge' takes them all");
+    if (arguments.shard)
+        throw BadArgument("--shard: expected it with a list, found it with 'merge', which takes all shards");
     run::BatchOptions options;
     options.interrupted = stop_requested;
     run::BatchResult result;
@@ -50,8 +51,8 @@ int merge(const BatchArguments& arguments) {
 int batch(const BatchArguments& arguments) {
     if (arguments.list == "merge") return merge(arguments);
     if (!arguments.folders.empty())
-        throw io::InputError("'{}' was found; folders go with 'batch merge'",
-                             arguments.folders.front().string());
+        throw BadArgument("expected no more arguments after a list, found '{}'; 'batch merge' takes folders",
+                          arguments.folders.front().string());
     run::BatchOptions options;
     if (arguments.shard) options.shard = io::parse_shard(*arguments.shard);
     const scenario::ExerciseFolders folders = exercise_folders(arguments.exercises);
@@ -93,17 +94,26 @@ int batch(const BatchArguments& arguments) {
 Command add_batch(CLI::App& parser) {
     const auto arguments = std::make_shared<BatchArguments>();
     CLI::App* command = parser.add_subcommand(
-        "batch", "Many runs from a list: scenarios, scripts, seeds and values of any key, in parallel");
-    command->add_option("list", arguments->list, "The list (.toml); --help shows one; or 'merge'")
-        ->required();
-    command->add_option("folders", arguments->folders, "Of 'merge': those of all shards of a list");
+        "batch",
+        "Many runs from a list: scenarios, scripts, seeds and values of any key, in parallel\n\n"
+        "Examples:\n"
+        "  seldinger batch runs.toml --out runs --jobs 4\n"
+        "  seldinger batch runs.toml --shard 1/2 --out a");
+    command->add_option("list", arguments->list, "The list (.toml), as below; or 'merge'")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("folders", arguments->folders, "Of 'merge': those of all shards of a list")
+        ->type_name("FOLDER");
     command->add_option("--out", arguments->out, "Folder for a folder of each run, and batch.csv")
-        ->required();
+        ->required()
+        ->type_name("FOLDER");
     add_exercises(command, arguments->exercises);
     command->add_option("--jobs", arguments->jobs, "Runs at the same time; results do not depend on it")
-        ->check(CLI::Range(1, 256));
+        ->check(whole_number(1, 256));
     add_optional(command, "--shard", arguments->shard,
-                 "i/n: only the i-th of n shares of the list, for another machine and 'merge'");
+                 "i/n: only the i-th of n shares of the list, for another machine and 'merge'")
+        ->type_name("i/n")
+        ->check(shard());
     add_cache_folder(command, arguments->cache, "cache beside --out");
     command->footer(
         "A list:\n"

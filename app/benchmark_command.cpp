@@ -36,6 +36,7 @@ struct Attempts {
 };
 
 std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& arguments) {
+    const room::Speeds speeds = key_speeds();
     std::vector<std::string> names = arguments.exercises;
     if (names.empty())
         for (const LoadedExercise& one : loaded(exercise_folders(arguments.folders).all()))
@@ -60,7 +61,7 @@ std::optional<std::vector<Attempts>> play_solutions(const BenchmarkArguments& ar
             if (std::error_code ignored; !keep.empty() && std::filesystem::exists(keep, ignored))
                 throw io::InputError("--keep: {} is there already: expected a folder without it",
                                      keep.string());
-            const auto score = played_attempt(attempts.scenario, *solution,
+            const auto score = played_attempt(attempts.scenario, *solution, speeds,
                                               arguments.seed + static_cast<std::uint64_t>(k), cache, keep);
             if (!score) return std::nullopt;
             if (score->completed)
@@ -139,9 +140,10 @@ std::filesystem::path usual_file() {
 
 int benchmark(const BenchmarkArguments& arguments) {
     if (arguments.folder.empty() == (arguments.played == 0))
-        throw io::InputError("expected either a folder of recordings or --played NUMBER");
+        throw BadArgument("expected either a folder of recordings or --played NUMBER, found {}",
+                          arguments.folder.empty() ? "neither" : "both");
     if (arguments.played == 0 && arguments.by.empty())
-        throw io::InputError(
+        throw BadArgument(
             "--by is missing: who made the attempts, such as --by \"Dr N. and Dr M., vascular surgeons\"");
     const std::filesystem::path out =
         arguments.out.empty() ? usual_file() : std::filesystem::path(arguments.out);
@@ -185,25 +187,36 @@ int benchmark(const BenchmarkArguments& arguments) {
 
 Command add_benchmark(CLI::App& parser) {
     const auto arguments = std::make_shared<BenchmarkArguments>();
-    CLI::App* command = parser.add_subcommand(
-        "benchmark", "What skilled attempts come to: the measure that all others are graded by");
-    command->add_option("folder", arguments->folder,
-                        "Folder with recordings (.gw) of skilled attempts, also in folders below");
-    command->add_option("--by", arguments->by, "Who made them, in words: it is shown with every grade");
-    command->add_option(
-        "--out", arguments->out,
-        "The file; what it says of other exercises stays. Else benchmark.toml in the user's data, "
-        "which goes before what ships");
+    CLI::App* command =
+        parser.add_subcommand("benchmark",
+                              "What skilled attempts come to: the measure that all others are graded by\n\n"
+                              "Examples:\n"
+                              "  seldinger benchmark recordings --by \"Dr N., vascular surgeon\"\n"
+                              "  seldinger benchmark --played 5 --of renal --out benchmark.toml");
+    command
+        ->add_option("folder", arguments->folder,
+                     "Folder with recordings (.gw) of skilled attempts, also in folders below")
+        ->type_name("FOLDER");
+    command->add_option("--by", arguments->by, "Who made them, in words: it is shown with every grade")
+        ->type_name("WORDS");
+    command
+        ->add_option(
+            "--out", arguments->out,
+            "The file; what it says of other exercises stays. Else benchmark.toml in the user's data, "
+            "which goes before what ships")
+        ->type_name("FILE");
     command
         ->add_option(
             "--played", arguments->played,
             "So many attempts at each exercise by a program that plays its solution at the speed of keys")
-        ->check(CLI::Range(1, 100));
+        ->check(whole_number(1, 100));
     command->add_option("--of", arguments->exercises, "With --played: only this exercise; again for more")
+        ->type_name("SCENARIO")
         ->needs("--played");
     add_exercises(command, arguments->folders);
     command->add_option("--seed", arguments->seed, "With --played: of the first attempt")->needs("--played");
     command->add_option("--keep", arguments->keep, "With --played: folder for the recordings")
+        ->type_name("FOLDER")
         ->needs("--played");
     add_cache_folder(command, arguments->cache);
     return {command, [arguments] { return benchmark(*arguments); }};

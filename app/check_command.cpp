@@ -49,11 +49,16 @@ int check(const CheckArguments& arguments) {
 Command add_check(CLI::App& parser) {
     const auto arguments = std::make_shared<CheckArguments>();
     CLI::App* command =
-        parser.add_subcommand("check", "Everything about an exercise that would be refused when it is run");
+        parser.add_subcommand("check",
+                              "Everything about an exercise that would be refused when it is run\n\n"
+                              "Examples:\n"
+                              "  seldinger check mine.toml\n"
+                              "  seldinger check renal coronary");
     command
         ->add_option("scenarios", arguments->scenarios,
                      "Scenario files (.toml), or names of exercises, one or more")
-        ->required();
+        ->required()
+        ->type_name("SCENARIO");
     add_exercises(command, arguments->exercises);
     add_cache_folder(command, arguments->cache);
     command->footer(

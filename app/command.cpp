@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <cmath>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -12,9 +11,10 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
+#include <iostream>
+#include <iterator>
 #include <new>
 #include <semaphore.h>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -57,21 +57,30 @@ void end_when_asked() {
     std::_Exit(interrupted);
 }
 
+/// As a program does that writes to a reader who has left.
+[[noreturn]] void end_without_reader() {
+    io::remove_unfinished();
+    std::signal(SIGPIPE, SIG_DFL);
+    std::raise(SIGPIPE);
+    std::_Exit(128 + SIGPIPE);  // where the signal is blocked
+}
+
 /// Reports what the action throws, and an output that could not be written.
-int guarded(const std::function<int()>& action) {
+int guarded(const CLI::App& parser, const std::function<int()>& action) {
     std::string wrong;
     try {
         const int code = action();
-        if (std::fflush(stdout) != 0)
-            throw std::system_error(errno, std::generic_category(), "standard output");
+        if (std::fflush(stdout) != 0) write_out({});
         return code;
+    } catch (const Interrupted&) {
+        return interrupted;
+    } catch (const BadArgument& error) {
+        tell("{}\n", refusal(parser, error.what()));
+        return bad_input;
     } catch (const std::bad_alloc&) {
-        wrong = "there is not enough memory for this; expected a smaller mesh, image or scenario";
+        wrong = "expected more memory, or a smaller mesh, image or scenario";
     } catch (const std::filesystem::filesystem_error& error) {
         wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
-    } catch (const std::system_error& error) {
-        if (error.code() == std::errc::broken_pipe) return bad_input;  // whoever was to read it has left
-        wrong = error.what();
     } catch (const std::runtime_error& error) {
         wrong = error.what();
     } catch (const std::exception& error) {
@@ -79,29 +88,6 @@ int guarded(const std::function<int()>& action) {
     }
     tell("seldinger: {}\n", wrong);
     return bad_input;
-}
-
-/// Throws InputError for an option that takes numbers and was given one that is not finite, or one that CLI11
-/// does not read as decimal: 010, 0x10.
-void require_plain_numbers(const CLI::App& parser) {
-    for (const CLI::Option* option : parser.get_options()) {
-        const std::string kind = option->get_type_name();
-        const bool whole = kind.starts_with("INT") || kind.starts_with("UINT");
-        if (!whole && !kind.starts_with("FLOAT")) continue;
-        const auto plain = [&](const std::string& word) {
-            if (!whole) return std::isfinite(std::strtod(word.c_str(), nullptr));
-            const std::size_t sign = word.starts_with('-') || word.starts_with('+');
-            const std::string_view digits = std::string_view(word).substr(sign);
-            return digits.find_first_not_of("0123456789") == std::string_view::npos &&
-                   (digits.size() == 1 || !digits.starts_with('0'));
-        };
-        for (const std::string& word : option->results())
-            if (!plain(word))
-                throw io::InputError(
-                    "{}: '{}' was found; expected {}", option->get_name(), word,
-                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number");
-    }
-    for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
 }
 
 }  // namespace
@@ -135,28 +121,21 @@ bool stop_requested() {
 }
 
 int run_action(CLI::App& parser, int count, char** values, const std::function<int()>& action) {
-    return guarded([&] {
-        try {
-            parser.parse(count, values);
-        } catch (const CLI::ParseError& error) {
-            std::ostringstream help, wrong;
-            const int code = parser.exit(error, help, wrong) == 0 ? done : bad_input;
-            print("{}", help.str());
-            tell("{}", wrong.str());
-            return code;
-        }
-        require_plain_numbers(parser);
+    return guarded(parser, [&] {
+        if (const std::optional<int> code = parse(parser, count, values)) return *code;
         return action();
     });
+}
+
+void write_out(const std::string& text) {
+    if (std::fputs(text.c_str(), stdout) != EOF && std::ferror(stdout) == 0) return;
+    if (errno == EPIPE) end_without_reader();
+    throw std::system_error(errno, std::generic_category(), "standard output");
 }
 
 const char* const program = "seldinger " SELDINGER_VERSION;
 
 script::Origin origin(const std::string& learner) {
-    if (!learner.empty() && !script::is_learner(learner))
-        throw io::InputError(
-            "--learner: expected a name in UTF-8 of at most {} bytes without control characters",
-            script::longest_learner);
     const std::string self = io::read_text(program_file(), "program", "expected the program itself");
     geometry::Hash hash;
     hash.add(self.data(), self.size());
@@ -172,12 +151,6 @@ std::filesystem::path user_folder(const char* variable, const char* under_home) 
     if (named && *named) return std::filesystem::path(named) / "seldinger";
     if (home && *home) return std::filesystem::path(home) / under_home / "seldinger";
     return {};
-}
-
-void require_picture(const std::filesystem::path& out) {
-    if (out.extension() != ".png")
-        throw io::InputError("--out {}: expected a file name that ends in .png", out.string());
-    io::require_writable(out);
 }
 
 std::filesystem::path usual_cache(const std::string& named) {
@@ -252,9 +225,22 @@ scenario::Scenario scenario_of(const script::CommandScript& recording, const Sce
 
 std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles& exercise,
                                                 const std::string& named) {
-    if (!named.empty()) return script::load_commands(named);
+    if (named == "-") {
+        const std::string typed(std::istreambuf_iterator<char>(std::cin), {});
+        if (stop_requested()) throw Interrupted();  // in mid-script
+        return script::parse_commands(typed, "standard input");
+    }
+    const bool solves = named.empty() || named == "solution";
+    if (!solves) return script::load_commands(named);
     if (!exercise.solution.empty()) return script::load_commands(exercise.solution);
+    if (!named.empty())
+        throw io::InputError("--commands solution: expected {0}.gw beside {1}, found none", exercise.name,
+                             exercise.file.string());
     return std::nullopt;
+}
+
+script::CommandScript required_script(const scenario::ExerciseFiles& exercise, const std::string& named) {
+    return script_for(exercise, named.empty() ? "solution" : named).value();
 }
 
 void add_exercises(CLI::App* parser, std::vector<std::string>& folders, const char* names) {
@@ -262,41 +248,70 @@ void add_exercises(CLI::App* parser, std::vector<std::string>& folders, const ch
         ->add_option(names, folders,
                      "Folder of exercises of your own, NAME.toml with NAME.gw and NAME.png, besides those "
                      "that ship and ~/.local/share/seldinger/exercises; again for more")
-        ->allow_extra_args(false);
+        ->type_name("FOLDER");
 }
 
 void add_patient(CLI::App* parser, ScenarioChoice& choice) {
-    parser->add_option(
-        "--patient", choice.patient,
-        "Another patient of the exercise: a number in its list ('seldinger list NAME'), or seed:17 "
-        "for one drawn from a seed");
+    parser
+        ->add_option(
+            "--patient", choice.patient,
+            "Another patient of the exercise: a number in its list ('seldinger list NAME'), or seed:17 "
+            "for one drawn from a seed")
+        ->type_name("PATIENT");
 }
 
 void add_scenario(CLI::App* parser, ScenarioChoice& choice) {
     parser->add_option("scenario", choice.named, "A scenario file (.toml), or the name of an exercise")
-        ->required();
+        ->required()
+        ->type_name("SCENARIO");
     add_exercises(parser, choice.exercises);
 }
 
 void add_scenario_of_recording(CLI::App* parser, ScenarioChoice& choice) {
-    parser->add_option("--scenario", choice.named,
-                       "The scenario it was recorded in, where that is not found: a file (.toml)");
+    parser
+        ->add_option("--scenario", choice.named,
+                     "The scenario it was recorded in, where that is not found: a file (.toml)")
+        ->type_name("SCENARIO");
     add_exercises(parser, choice.exercises);
     add_patient(parser, choice);
 }
 
 void add_cache_folder(CLI::App* parser, std::string& folder, const char* otherwise) {
-    parser->add_option(
-        "--cache", folder,
-        fmt::format("Folder that keeps grown vessels and distance fields; else {}", otherwise));
+    parser
+        ->add_option("--cache", folder,
+                     fmt::format("Folder that keeps grown vessels and distance fields; else {}", otherwise))
+        ->type_name("FOLDER");
+}
+
+CLI::Option* add_script(CLI::App* parser, std::string& named, const char* otherwise) {
+    return parser
+        ->add_option("--commands", named,
+                     fmt::format("Script or recording (.gw); 'solution' is the exercise's; - reads standard "
+                                 "input{}{}",
+                                 otherwise ? "; else " : "", otherwise ? otherwise : ""))
+        ->type_name("FILE");
+}
+
+void add_overrides(CLI::App* parser, std::vector<std::string>& set) {
+    parser
+        ->add_option("--set", set,
+                     "In place of the scenario's value, such as guidewire.friction=0.1; again for more")
+        ->type_name("KEY=VALUE")
+        ->check(key_and_value());
+}
+
+void add_learner(CLI::App* parser, std::string& learner) {
+    parser->add_option("--learner", learner, "Whose recording it is: a name, for 'course'")
+        ->type_name("NAME")
+        ->check(text_that([](const std::string& name) { return name.empty() || script::is_learner(name); },
+                          fmt::format("a name in UTF-8 of at most {} bytes without control characters",
+                                      script::longest_learner)));
 }
 
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>& words) {
     std::vector<scenario::Override> overrides;
     for (const std::string& word : words) {
         const std::size_t equals = word.find('=');
-        if (equals == 0 || equals == std::string::npos)
-            throw io::InputError("--set {}: expected KEY=VALUE", word);
         overrides.push_back({word.substr(0, equals), word.substr(equals + 1)});
     }
     return overrides;
@@ -325,9 +340,9 @@ std::filesystem::path assets() {
     const std::filesystem::path folder =
         named ? std::filesystem::path(named) : program_folder().parent_path() / "share" / "seldinger";
     if (!std::filesystem::is_directory(folder / "scenarios"))
-        throw io::InputError("{}: no folder of assets was found{}; expected one with scenarios/ and scripts/",
+        throw io::InputError("{}: expected a folder of assets with scenarios/ and scripts/{}, found none",
                              folder.string(),
-                             named ? " (named by SELDINGER_ASSETS)" : ", where the program looks for them");
+                             named ? ", as SELDINGER_ASSETS names it" : ", beside the program's own");
     return folder;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// What all sub-commands of the command line share.
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/arguments.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/model_cache.h"
 #include "engine/io/error.h"
@@ -50,12 +50,19 @@ Command add_benchmark(CLI::App&);
 Command add_check(CLI::App&);
 Command add_new(CLI::App&);
 Command add_author(CLI::App&);
+Command add_help(CLI::App&);
+Command add_version(CLI::App&);
+Command add_completion(CLI::App&);
+
+/// Ends what a signal has stopped.
+struct Interrupted {};
 
 /// To be called first. From here on Ctrl-C, SIGTERM and SIGHUP ask the command to stop. One that asks
 /// stop_requested() has time to keep what it has; a second signal, or work that does not ask for half a
 /// second, ends the program with exit code 130, and what was being written is removed. Writing beyond a quota
-/// or to a closed pipe is an error of the write instead of a signal that ends the program. A standard stream
-/// that is closed stays without effect: no file takes its number.
+/// or to a closed pipe is an error of the write instead of a signal that ends the program; only print() ends
+/// by the signal, as any program does whose reader has left. A standard stream that is closed stays without
+/// effect: no file takes its number.
 void catch_signals();
 bool stop_requested();
 
@@ -68,16 +75,17 @@ void tell(fmt::format_string<Values...> text, Values&&... values) {
     std::fputs((io::printable(line) + (ends ? "\n" : "")).c_str(), stderr);
 }
 
+/// Writes to standard output. Throws std::system_error where that is not possible.
+void write_out(const std::string&);
 /// Writes to standard output, without control characters. All that commands print goes through here.
 template <class... Values>
 void print(fmt::format_string<Values...> text, Values&&... values) {
-    std::fputs(io::without_control(fmt::format(text, std::forward<Values>(values)...)).c_str(), stdout);
+    write_out(io::without_control(fmt::format(text, std::forward<Values>(values)...)));
 }
 
 /// "seldinger 0.1.0".
 extern const char* const program;
 /// What recordings say of this program: its name, version and the hash of its file; and whose they are.
-/// Throws InputError for a learner's name that is not accepted.
 script::Origin origin(const std::string& learner = {});
 /// The program's folder below the one that the variable names, otherwise below the user's home; empty without
 /// either.
@@ -86,8 +94,6 @@ std::filesystem::path user_folder(const char* variable, const char* under_home);
 /// or prints the help that they ask for; reports what the action throws, and an output that could not be
 /// written.
 int run_action(CLI::App&, int count, char** values, const std::function<int()>& action);
-/// Throws InputError unless the option --out names a .png that can be written. To be called before any work.
-void require_picture(const std::filesystem::path& out);
 /// The folder that is named, else the user's own cache, as of `play`.
 std::filesystem::path usual_cache(const std::string& named);
 /// Shows on the bar what is made for the cache, and notes what cannot be kept. The bar must outlive its use.
@@ -119,10 +125,13 @@ std::vector<LoadedExercise> loaded(const std::vector<scenario::ExerciseFiles>&);
 /// The scenario in the file, measured by the user's own benchmark where there is one. Throws InputError.
 scenario::Scenario load_exercise(const std::filesystem::path&, const std::vector<std::string>& set = {},
                                  const std::string& patient = {});
-/// The script in the file, or without a name the exercise's solution, if any. Throws InputError.
+/// The script in the file; the exercise's solution where "solution" is named, or nothing and there is one;
+/// what standard input has for "-". Throws InputError.
 std::optional<script::CommandScript> script_for(const scenario::ExerciseFiles&, const std::string& named);
+/// The same, where one has to be named.
+script::CommandScript required_script(const scenario::ExerciseFiles&, const std::string& named);
 
-/// "guidewire.friction=0.1", as --set takes it. Throws InputError where there is no "=".
+/// "guidewire.friction=0.1", as --set takes it.
 std::vector<scenario::Override> overrides_of(const std::vector<std::string>&);
 
 /// This program's file, links resolved, and its folder.
@@ -141,14 +150,13 @@ void add_patient(CLI::App*, ScenarioChoice&);
 void add_scenario(CLI::App*, ScenarioChoice&);
 /// Adds --scenario, of recordings, --exercises and --patient.
 void add_scenario_of_recording(CLI::App*, ScenarioChoice&);
+/// Adds --commands: a script, "solution" or "-".
+CLI::Option* add_script(CLI::App*, std::string& named, const char* otherwise = nullptr);
+/// Adds --set.
+void add_overrides(CLI::App*, std::vector<std::string>& set);
+/// Adds --learner, and says why.
+void add_learner(CLI::App*, std::string& learner);
 /// Adds --cache, the folder for what is made of vessels, and says which it is without one.
 void add_cache_folder(CLI::App*, std::string& folder, const char* otherwise = "the user's");
-
-/// An option that is empty unless given.
-template <class Value>
-CLI::Option* add_optional(CLI::App* parser, const char* name, std::optional<Value>& value, const char* help) {
-    return parser->add_option_function<Value>(
-        name, [&value](const Value& given) { value = given; }, help);
-}
 
 }  // namespace app

@@ -25,7 +25,7 @@ struct CourseArguments {
     std::string folder, out, cache, plan;
     std::vector<std::string> exercises;
     int jobs = 2;
-    bool debrief = false, no_pictures = false;
+    bool debrief = false, no_pictures = false, json = false;
 };
 
 using debrief::CourseRow;
@@ -42,7 +42,8 @@ debrief::CoursePlan plan_of(const CourseArguments& arguments, const scenario::Ex
     const fs::path file = arguments.plan.empty() ? in_folder : fs::path(arguments.plan);
     const debrief::FindScenario find = [&folders](const std::string& name) {
         if (!scenario::is_exercise_name(name))
-            throw io::InputError("'{}' is no exercise's name: expected letters, digits, '-' and '_'", name);
+            throw io::InputError("expected an exercise's name of letters, digits, '-' and '_', found '{}'",
+                                 name);
         return load_exercise(folders.find(name).file);
     };
     return debrief::parse_plan(io::read_text(file, "course", "expected a file named course.toml"),
@@ -122,9 +123,9 @@ int course(const CourseArguments& arguments) {
     const fs::path out = arguments.out.empty() ? folder : fs::path(arguments.out);
     std::error_code none;
     if (!fs::is_directory(folder, none))
-        throw io::InputError("{}: no such folder; expected one with recordings (.gw)", folder.string());
+        throw io::InputError("{}: expected a folder with recordings (.gw), found none", folder.string());
     if (arguments.no_pictures && !arguments.debrief)
-        throw io::InputError("--no-pictures is of debriefings: --debrief asks for them");
+        throw BadArgument("--no-pictures: expected --debrief with it, found none");
     const std::vector<fs::path> files = script::recordings_of(folder);
     const scenario::ExerciseFolders folders = exercise_folders(arguments.exercises);
     std::vector<fs::path> inputs = folders.files();
@@ -167,6 +168,12 @@ int course(const CourseArguments& arguments) {
     io::write_whole({{out / "course.csv", csv}, {out / "course.html", page}});
     std::size_t bad = 0;
     for (const CourseRow& row : *rows) bad += !row.problem.empty();
+    if (arguments.json) {
+        write_out(debrief::course_json(*rows, plan));
+        return done;
+    }
+    for (const CourseRow& row : *rows)
+        if (!row.problem.empty()) tell("note: {} does not count: {}\n", row.file, row.problem);
     print("{} recordings, {} attempts{}: {} and course.csv\n", files.size(), rows->size() - bad,
           bad > 0 ? fmt::format(", {} files that do not count", bad) : "", (out / "course.html").string());
     if (without > 0) print("{} recordings have no debriefing: --debrief makes them\n", without);
@@ -177,16 +184,24 @@ int course(const CourseArguments& arguments) {
 
 Command add_course(CLI::App& parser) {
     const auto arguments = std::make_shared<CourseArguments>();
-    CLI::App* command = parser.add_subcommand(
-        "course", "A folder of recordings: who has passed what, who needs what, errors");
+    CLI::App* command =
+        parser.add_subcommand("course",
+                              "A folder of recordings: who has passed what, who needs what, errors\n\n"
+                              "Examples:\n"
+                              "  seldinger course recordings\n"
+                              "  seldinger course recordings --debrief --out course");
     command->add_option("folder", arguments->folder, "Folder with recordings (.gw), also in folders below")
-        ->required();
-    command->add_option("--out", arguments->out,
-                        "Folder for course.html and course.csv; else the same folder");
-    command->add_option(
-        "--course", arguments->plan,
-        "The course's exercises, pass marks, dates and learners; else course.toml in the folder, "
-        "else every exercise with a level (docs/course.md)");
+        ->required()
+        ->type_name("FOLDER");
+    command
+        ->add_option("--out", arguments->out, "Folder for course.html and course.csv; else the same folder")
+        ->type_name("FOLDER");
+    command
+        ->add_option(
+            "--course", arguments->plan,
+            "The course's exercises, pass marks, dates and learners; else course.toml in the folder, "
+            "else every exercise with a level (docs/course.md)")
+        ->type_name("FILE");
     command->add_flag(
         "--debrief", arguments->debrief,
         "Make the debriefings that are missing: beside the recordings, with --out at the same place there");
@@ -194,9 +209,11 @@ Command add_course(CLI::App& parser) {
                       "Debriefings without key frames, in less time");
     add_exercises(command, arguments->exercises, "--exercises,--scenarios");
     command->add_option("--jobs", arguments->jobs, "Recordings that are played at the same time")
-        ->check(CLI::Range(1, 256));
-    command->add_option("--cache", arguments->cache,
-                        "Folder that keeps grown vessels, fields and figures; else the user's");
+        ->check(whole_number(1, 256));
+    add_cache_folder(command, arguments->cache);
+    command->add_flag("--json", arguments->json,
+                      "Every attempt as JSON for programs, to standard output as well (docs/json.md)");
+    command->footer("Exit codes: 0 done, 2 bad input, 130 interrupted.");
     return {command, [arguments] { return course(*arguments); }};
 }
 

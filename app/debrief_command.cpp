@@ -42,8 +42,8 @@ Page one_page(const DebriefArguments& arguments) {
         if (recording.origin && !recording.origin->scenario.empty() &&
             recording.origin->scenario != page.scenario.name && !arguments.force)
             throw io::InputError(
-                "{}: it is a recording of '{}'; expected recordings of one exercise, '{}', on one page",
-                recording.file, recording.origin->scenario, page.scenario.name);
+                "{}: expected a recording of '{}', as the others on this page are, found one of '{}'",
+                recording.file, page.scenario.name, recording.origin->scenario);
     return page;
 }
 
@@ -102,9 +102,10 @@ int debrief(DebriefArguments arguments) {
         arguments.files.size() == 1 && std::filesystem::is_directory(arguments.files.front(), ignored);
     if (arguments.out.empty()) {
         if (!of_folder)
-            throw io::InputError(
-                "--out: expected a folder for debrief.html; it can be left out for a folder of "
-                "recordings alone, which then takes the pages");
+            throw BadArgument(
+                "--out FOLDER is missing; only for a folder of recordings, which then takes the pages, it "
+                "can be "
+                "left out");
         arguments.out = arguments.files.front();
     }
     const std::filesystem::path folder = arguments.out;
@@ -171,20 +172,29 @@ int debrief(DebriefArguments arguments) {
 Command add_debrief(CLI::App& parser) {
     const auto arguments = std::make_shared<DebriefArguments>();
     CLI::App* command = parser.add_subcommand(
-        "debrief", "A page about attempts at an exercise: grade, time line, errors, learning curve");
+        "debrief",
+        "A page about attempts at an exercise: grade, time line, errors, learning curve\n\n"
+        "Examples:\n"
+        "  seldinger debrief hello/run.gw --out debrief\n"
+        "  seldinger debrief recordings --expert skilled.gw");
     command
         ->add_option("files", arguments->files,
                      "Recordings (.gw) of one exercise, in order; the page is about the last. Or a folder of "
                      "recordings: a page for each learner and exercise")
-        ->required();
-    command->add_option("--out", arguments->out,
-                        "Folder for debrief.html; for a folder of recordings else that folder");
-    command->add_option("--expert", arguments->expert, "Recording, or script, to compare with");
+        ->required()
+        ->type_name("FILE");
+    command
+        ->add_option("--out", arguments->out,
+                     "Folder for debrief.html; for a folder of recordings else that folder")
+        ->type_name("FOLDER");
+    command->add_option("--expert", arguments->expert, "Recording, or script, to compare with")
+        ->type_name("FILE");
     add_scenario_of_recording(command, arguments->scenario);
     command->add_flag("--no-pictures", arguments->no_pictures, "Without key frames, which takes less time");
     command->add_flag("--force", arguments->force,
                       "Go on where scenario or anatomy have changed since they were recorded");
     add_cache_folder(command, arguments->cache);
+    command->footer("Exit codes: 0 done, 2 bad input, 130 interrupted.");
     return {command, [arguments] { return debrief(*arguments); }};
 }
 

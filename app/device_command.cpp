@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/command.h"
+#include "engine/io/files.h"
 #include "engine/io/outputs.h"
 #include "engine/scenario/device.h"
 
@@ -17,7 +18,7 @@ struct DeviceArguments {
 };
 
 int show(const DeviceArguments& arguments) {
-    if (!arguments.out.empty()) require_picture(arguments.out);
+    if (!arguments.out.empty()) io::require_writable(arguments.out);
     const std::filesystem::path file = scenario::find_device(arguments.name, assets() / "devices");
     io::require_distinct(std::array{io::Output{"--out", arguments.out}}, std::array{file});
     const scenario::Device d = scenario::load_device(file);
@@ -73,16 +74,27 @@ int show(const DeviceArguments& arguments) {
 
 Command add_device(CLI::App& parser) {
     const auto arguments = std::make_shared<DeviceArguments>();
-    CLI::App* command = parser.add_subcommand("device", "Wires and catheters of the catalogue");
+    CLI::App* command = parser.add_subcommand("device",
+                                              "Wires and catheters of the catalogue\n\n"
+                                              "Examples:\n"
+                                              "  seldinger list devices\n"
+                                              "  seldinger device show glide035 --out glide.png");
     command->require_subcommand(1);
-    CLI::App* shown =
-        command->add_subcommand("show", "Values of a device with their sources, and a picture of it");
+    CLI::App* shown = command->add_subcommand("show",
+                                              "Values of a device with their sources, and a picture of it\n\n"
+                                              "Examples:\n"
+                                              "  seldinger device show cobra5f\n"
+                                              "  seldinger device show glide035 --out glide.png");
     shown
         ->add_option("name", arguments->name,
                      "A device of the catalogue ('seldinger list devices'), or a file (.toml)")
-        ->required();
-    shown->add_option("--out", arguments->out,
-                      "Picture of its free shape, EI along it and cross-section (.png)");
+        ->required()
+        ->type_name("DEVICE");
+    shown
+        ->add_option("--out", arguments->out,
+                     "Picture of its free shape, EI along it and cross-section (.png)")
+        ->type_name("FILE")
+        ->check(picture_name());
     return {command, [arguments] { return show(*arguments); }};
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "app/command.h"
+#include "app/json.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy.h"
 #include "engine/exercise/grade.h"
@@ -23,19 +24,50 @@ std::string figure(const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:g} {}", *value, unit) : std::string("-");
 }
 
-void list_devices() {
+void list_devices(bool json) {
+    Json devices = Json::array();
     for (const std::filesystem::path& file : scenario::device_files(catalogue())) {
         const scenario::Device device = scenario::load_device(file);
-        print("{:<16} {:<9} {}\n", device.name, scenario::name_of(device.kind), device.title);
+        if (json)
+            devices.push_back({{"name", device.name},
+                               {"kind", scenario::name_of(device.kind)},
+                               {"title", device.title},
+                               {"file", file.string()}});
+        else
+            print("{:<16} {:<9} {}\n", device.name, scenario::name_of(device.kind), device.title);
     }
+    if (json) print_json({{"schema", 1}, {"devices", devices}});
 }
 
 std::string skilled_time(const scenario::Benchmark& skilled) {
     return skilled.completed_after.given() ? fmt::format("{:.0f} s", skilled.completed_after.mean()) : "-";
 }
 
-void list_scenarios(const std::vector<scenario::ExerciseFiles>& files) {
+/// A file, or null where there is none.
+Json of_file(const std::filesystem::path& file) {
+    return file.empty() ? Json(nullptr) : Json(file.string());
+}
+
+Json of_level(const scenario::Lesson& lesson) {
+    return lesson.level > 0 ? Json(lesson.level) : Json(nullptr);
+}
+
+void list_scenarios(const std::vector<scenario::ExerciseFiles>& files, bool json) {
     const std::vector<LoadedExercise> all = loaded(files);
+    if (json) {
+        Json exercises = Json::array();
+        for (const auto& [of, s] : all) {
+            const scenario::Sample& time = s.lesson.benchmark.completed_after;
+            exercises.push_back({{"name", s.name},
+                                 {"title", s.title},
+                                 {"level", of_level(s.lesson)},
+                                 {"skilled_s", time.given() ? Json(time.mean()) : Json(nullptr)},
+                                 {"file", of.file.string()},
+                                 {"solution", of_file(of.solution)},
+                                 {"picture", of_file(of.picture)}});
+        }
+        return print_json({{"schema", 1}, {"exercises", exercises}});
+    }
     std::size_t widest = 4;
     for (const LoadedExercise& one : all) widest = std::max(widest, one.files.name.size());
     print("{:<{}}  level  skilled  solution  exercise\n", "name", widest);
@@ -45,11 +77,15 @@ void list_scenarios(const std::vector<scenario::ExerciseFiles>& files) {
               of.solution.empty() ? "-" : "yes", s.title);
 }
 
+double mean_radius(const geometry::CentrelineBranch& branch) {
+    return std::accumulate(branch.radii.begin(), branch.radii.end(), 0.0) /
+           static_cast<double>(branch.radii.size());
+}
+
 /// How long and wide a branch is, and where it leaves its parent.
 std::string text_of(const anatomy::Anatomy& anatomy, const geometry::CentrelineBranch& branch) {
     const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
-    const double mean = std::accumulate(branch.radii.begin(), branch.radii.end(), 0.0) /
-                        static_cast<double>(branch.radii.size());
+    const double mean = mean_radius(branch);
     std::string text = fmt::format("{:<28} {:.0f} mm long, radius {:.1f} to {:.1f} mm, {:.1f} on average",
                                    branch.name, geometry::length_of(branch.points), *least, *most, mean);
     if (branch.parent >= 0)
@@ -58,7 +94,100 @@ std::string text_of(const anatomy::Anatomy& anatomy, const geometry::CentrelineB
     return text;
 }
 
-void show_scenario(const scenario::Scenario& s, const std::string& cache_folder) {
+Json of_place(const geometry::Vec3& place) {
+    return {place.x(), place.y(), place.z()};
+}
+
+Json of_vessels(const scenario::Scenario& s, const anatomy::Anatomy& anatomy) {
+    Json ends = Json::array(), branches = Json::array(), parts = Json::array(), targets = Json::array();
+    for (const anatomy::VesselEnd& end : anatomy.ends)
+        ends.push_back({{"name", end.opening.name}, {"radius_mm", end.opening.radius}});
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
+        Json one = {{"name", branch.name},        {"length_mm", geometry::length_of(branch.points)},
+                    {"least_radius_mm", *least},  {"mean_radius_mm", mean_radius(branch)},
+                    {"largest_radius_mm", *most}, {"leaves", nullptr},
+                    {"leaves_at_mm", nullptr}};
+        if (branch.parent >= 0) {
+            one["leaves"] = anatomy.branches[branch.parent].name;
+            one["leaves_at_mm"] = anatomy::along(anatomy, {branch.parent, branch.parent_sample});
+        }
+        branches.push_back(std::move(one));
+    }
+    if (s.vessels)
+        for (const anatomy::PartPlace& part : anatomy::parts_of(*s.vessels))
+            parts.push_back({{"name", part.name},
+                             {"branch", part.branch},
+                             {"start_mm", part.start},
+                             {"end_mm", part.end}});
+    for (const anatomy::VesselTarget& target : anatomy.targets)
+        targets.push_back({{"name", target.name},
+                           {"branch", anatomy.branches[target.branch].name},
+                           {"place_mm", of_place(target.centre)}});
+    return {{"ends", ends}, {"branches", branches}, {"parts", parts}, {"targets", targets}};
+}
+
+Json of_scenario(const scenario::Scenario& s, const std::filesystem::path& file,
+                 const anatomy::Anatomy& anatomy, const std::string& refused) {
+    const scenario::Lesson& lesson = s.lesson;
+    Json devices = Json::array(), views = Json::array(), patients = Json::array(), steps = Json::array();
+    for (const scenario::PlacedDevice& placed : s.devices) {
+        const scenario::Device& d = placed.device;
+        devices.push_back({{"place", placed.name()},
+                           {"name", d.name},
+                           {"title", d.title},
+                           {"diameter_mm", d.outer_diameter},
+                           {"length_mm", d.length},
+                           {"inserted_mm", placed.inserted},
+                           {"shaft_rigidity_N_mm2", d.shaft_rigidity()},
+                           {"tip_rigidity_N_mm2", physics::rigidity_at(d, 0)},
+                           {"friction", d.friction}});
+    }
+    for (const scenario::SuggestedView& view : lesson.views)
+        views.push_back({{"lao_deg", view.lao / geometry::degree},
+                         {"cranial_deg", view.cranial / geometry::degree},
+                         {"shows", view.shows}});
+    for (std::size_t k = 0; k < lesson.patients.size(); ++k)
+        patients.push_back({{"number", k + 2},
+                            {"who", lesson.patients[k].who},
+                            {"indication", lesson.patients[k].indication}});
+    for (const scenario::LessonStep& step : lesson.steps) steps.push_back(step.text);
+    Json json = {{"schema", 1},
+                 {"name", s.name},
+                 {"title", s.title},
+                 {"file", file.string()},
+                 {"refused", refused.empty() ? Json(nullptr) : Json(refused)},
+                 {"level", of_level(lesson)},
+                 {"briefing", lesson.briefing},
+                 {"target",
+                  {{"name", s.target.name},
+                   {"radius_mm", s.target.radius},
+                   {"hold_s", s.target.hold},
+                   {"by", script::name_of(s.target.device)}}},
+                 {"start", s.entry.end},
+                 {"devices", devices},
+                 {"wall_stiffness_N_per_mm", s.wall_stiffness},
+                 {"time_limit_s", or_null(s.time_limit)},
+                 {"beam_limit_s", or_null(s.beam_limit)},
+                 {"contrast_limit_ml", s.blood.limit},
+                 {"skilled", nullptr},
+                 {"views", views},
+                 {"hints", lesson.hints},
+                 {"patients", patients},
+                 {"steps", steps}};
+    if (const scenario::Benchmark& skilled = lesson.benchmark; skilled.given()) {
+        Json means = Json::object();
+        for (const exercise::GradeLine& line : exercise::grade({}, skilled).lines)
+            if (line.mean) means[line.measure->id] = *line.mean;
+        json["skilled"] = {{"by", skilled.by}, {"attempts", skilled.attempts}, {"means", means}};
+    }
+    json.update(of_vessels(s, anatomy));
+    return json;
+}
+
+void show_scenario(const ScenarioChoice& what, const std::string& cache_folder, bool json) {
+    const std::filesystem::path file = exercise_named(what).file;
+    const scenario::Scenario s = load_exercise(file, {}, what.patient);
     anatomy::ModelCache cache;
     cache.folder = usual_cache(cache_folder);
     const anatomy::Anatomy anatomy = [&] {
@@ -66,12 +195,15 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
         report_on(bar, cache);
         return scenario::anatomy_of(s, cache);
     }();
+    std::string refused;
     try {
         scenario::entry_of(s, anatomy);
         scenario::target_of(s, anatomy);
     } catch (const io::InputError& error) {
-        tell("note: it would be refused: {}\n", error.what());
+        refused = error.what();
+        tell("note: it would be refused: {}\n", refused);
     }
+    if (json) return print_json(of_scenario(s, file, anatomy, refused));
     const auto line = [](const char* name, const std::string& text) { print("{:<11} {}\n", name, text); };
     print("{}: {}\n", s.name, s.title);
     if (!s.lesson.briefing.empty()) print("\n{}\n\n", s.lesson.briefing);
@@ -131,31 +263,36 @@ Command add_list(CLI::App& parser) {
     struct Arguments {
         ScenarioChoice what{"scenarios", {}};
         std::string cache;
+        bool json = false;
     };
     const auto arguments = std::make_shared<Arguments>();
-    CLI::App* command =
-        parser.add_subcommand("list", "List the exercises, or the devices, that there are, or describe one");
-    command->add_option("what", arguments->what.named,
-                        "'scenarios', 'devices', a folder of exercises, or one: a file (.toml), or its name");
-    add_exercises(command, arguments->what.exercises);
-    command->add_option("--cache", arguments->cache, "Folder that keeps grown vessels; else the user's");
-    command->footer(
+    CLI::App* command = parser.add_subcommand(
+        "list",
+        "List the exercises, or the devices, that there are, or describe one\n\n"
         "Examples:\n"
         "  seldinger list                   the exercises, by level\n"
         "  seldinger list devices           wires and catheters of the catalogue\n"
-        "  seldinger list renal             target, ends, branches, benchmark and hints of one scenario\n"
-        "Exit codes: 0 done, 2 bad input.");
+        "  seldinger list renal             target, ends, branches, benchmark and hints of "
+        "one scenario");
+    command
+        ->add_option("what", arguments->what.named,
+                     "'scenarios', 'devices', a folder of exercises, or one: a file (.toml), or its name")
+        ->type_name("SCENARIO");
+    add_exercises(command, arguments->what.exercises);
+    add_json(command, arguments->json);
+    add_cache_folder(command, arguments->cache);
+    command->footer("Exit codes: 0 done, 2 bad input.");
     return {command, [arguments] {
                 const ScenarioChoice& what = arguments->what;
                 std::error_code ignored;
                 if (what.named == "devices")
-                    list_devices();
+                    list_devices(arguments->json);
                 else if (what.named == "scenarios")
-                    list_scenarios(exercise_folders(what.exercises).all());
+                    list_scenarios(exercise_folders(what.exercises).all(), arguments->json);
                 else if (std::filesystem::is_directory(what.named, ignored))
-                    list_scenarios(exercise_folders().in(what.named));
+                    list_scenarios(exercise_folders().in(what.named), arguments->json);
                 else
-                    show_scenario(scenario_named(what), arguments->cache);
+                    show_scenario(what, arguments->cache, arguments->json);
                 return done;
             }};
 }

@@ -6,6 +6,7 @@
 
 #include "app/command.h"
 #include "engine/io/error.h"
+#include "engine/io/text.h"
 
 #ifdef SELDINGER_WINDOW
 
@@ -18,7 +19,6 @@
 #include "engine/debrief/page.h"
 #include "engine/debrief/story.h"
 #include "engine/io/files.h"
-#include "engine/io/text.h"
 #include "engine/run/headless.h"
 #include "engine/script/recording.h"
 #endif
@@ -33,18 +33,18 @@ struct PlayArguments {
     bool free_practice = false, open_all = false, teacher = false;
 };
 
-#ifdef SELDINGER_WINDOW
-
-std::pair<int, int> size_of(const std::string& option, const std::string& words) {
+std::optional<std::pair<int, int>> size_of(const std::string& words) {
     const std::size_t times = words.find('x');
     if (times != std::string::npos) {
         const auto width = io::parse_integer(words.substr(0, times)),
                    height = io::parse_integer(words.substr(times + 1));
         if (width && height && *width >= 320 && *width <= 8192 && *height >= 240 && *height <= 8192)
-            return {*width, *height};
+            return std::pair(*width, *height);
     }
-    throw io::InputError("{} {}: expected WIDTHxHEIGHT from 320x240 to 8192x8192", option, words);
+    return std::nullopt;
 }
+
+#ifdef SELDINGER_WINDOW
 
 /// A solution that cannot be read is told, and the exercise has none.
 Exercise exercise_of(LoadedExercise loaded) {
@@ -123,25 +123,25 @@ void show_page(const std::filesystem::path& page) {
 std::filesystem::path file_of(const script::CommandScript& recording, const ScenarioChoice& choice) {
     const std::string recorded = recording.origin ? recording.origin->scenario : "";
     if (choice.named.empty() && recorded.empty())
-        throw io::InputError(
-            "--replay {}: it does not say which scenario it is of; expected 'seldinger play SCENARIO "
-            "--replay FILE'",
+        throw BadArgument(
+            "--replay {0}: expected a recording that says which scenario it is of, found none: 'seldinger "
+            "play "
+            "SCENARIO --replay {0}' says it",
             recording.file);
     if (choice.named.empty())
         return exercise_folders(choice.exercises).of_recording(recording, catalogue()).file;
     const scenario::ExerciseFiles named = exercise_named(choice);
     if (!recorded.empty() && recorded != named.name)
-        throw io::InputError("--replay {}: it is a recording of '{}'; expected one of '{}'", recording.file,
-                             recorded, named.name);
+        throw BadArgument("--replay {}: expected a recording of '{}', found one of '{}'", recording.file,
+                          named.name, recorded);
     return named.file;
 }
 
 int play(const PlayArguments& arguments) {
     PlayOptions options;
     options.origin = origin(arguments.learner);
-    std::tie(options.width, options.height) = size_of("--size", arguments.size);
-    std::tie(options.teacher_width, options.teacher_height) =
-        size_of("--teacher-size", arguments.teacher_size);
+    std::tie(options.width, options.height) = size_of(arguments.size).value();
+    std::tie(options.teacher_width, options.teacher_height) = size_of(arguments.teacher_size).value();
     options.teacher = arguments.teacher;
     options.keys = room::load_keys(assets() / "keys.toml");
     if (!arguments.keys.empty()) options.keys = room::load_keys(arguments.keys, options.keys);
@@ -217,31 +217,51 @@ int play(const PlayArguments&) {
 Command add_play(CLI::App& parser) {
     const auto arguments = std::make_shared<PlayArguments>();
     CLI::App* command =
-        parser.add_subcommand("play", "The room: wire, pedals and C-arm under your hands, in a window");
-    command->add_option("scenario", arguments->scenario.named,
-                        "A scenario file (.toml), or the name of an exercise; else there is a choice");
+        parser.add_subcommand("play",
+                              "The room: wire, pedals and C-arm under your hands, in a window\n\n"
+                              "Examples:\n"
+                              "  seldinger play                       choose an exercise\n"
+                              "  seldinger play renal --learner Ada   one exercise, and whose attempt it is");
+    command
+        ->add_option("scenario", arguments->scenario.named,
+                     "A scenario file (.toml), or the name of an exercise; else there is a choice")
+        ->type_name("SCENARIO");
     add_exercises(command, arguments->scenario.exercises);
     add_patient(command, arguments->scenario);
-    command->add_option("--record", arguments->record,
-                        "Folder that keeps every attempt as a recording (.gw) of its own, or the file of the "
-                        "first; else a folder of the user's for each learner");
-    command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
-    command->add_option("--size", arguments->size, "Of the window, WIDTHxHEIGHT [pixels]");
+    command
+        ->add_option("--record", arguments->record,
+                     "Folder that keeps every attempt as a recording (.gw) of its own, or the file of the "
+                     "first; else a folder of the user's for each learner")
+        ->type_name("FOLDER");
+    add_learner(command, arguments->learner);
+    const auto size = text_that([](const std::string& words) { return size_of(words).has_value(); },
+                                "WIDTHxHEIGHT from 320x240 to 8192x8192");
+    command->add_option("--size", arguments->size, "Of the window [pixels]")
+        ->type_name("WIDTHxHEIGHT")
+        ->check(size);
     command->add_flag("--teacher", arguments->teacher,
                       "Open the teacher's window as well, on a second monitor where there is one");
-    command->add_option("--teacher-size", arguments->teacher_size,
-                        "Of the teacher's window, WIDTHxHEIGHT [pixels]");
-    command->add_option("--keys", arguments->keys,
-                        "File that replaces keys and speeds of assets/keys.toml (.toml)");
-    command->add_option("--replay", arguments->replay,
-                        "Recording that is played in place of your hands (.gw), or a folder of them");
+    command->add_option("--teacher-size", arguments->teacher_size, "Of the teacher's window [pixels]")
+        ->type_name("WIDTHxHEIGHT")
+        ->check(size);
+    command
+        ->add_option("--keys", arguments->keys,
+                     "File that replaces keys and speeds of assets/keys.toml (.toml)")
+        ->type_name("FILE");
+    command
+        ->add_option("--replay", arguments->replay,
+                     "Recording that is played in place of your hands (.gw), or a folder of them")
+        ->type_name("FILE");
     command->add_flag("--open-all", arguments->open_all,
                       "Every exercise is open, whatever the learner has passed: for teachers");
     command->add_flag("--free", arguments->free_practice,
                       "Free practice: no score, and seconds can be taken back");
     add_cache_folder(command, arguments->cache);
-    command->add_option("--measure", arguments->measure,
-                        "File for the delays of image and interface, at the end (.json)");
+    command
+        ->add_option("--measure", arguments->measure,
+                     "File for the delays of image and interface, at the end (.json)")
+        ->type_name("FILE");
+    command->footer("Exit codes: 0 done, 2 bad input, 3 a replay led to other states, 130 interrupted.");
     return {command, [arguments] { return play(*arguments); }};
 }
 

@@ -4,7 +4,6 @@
 
 #include "app/command.h"
 #include "engine/exercise/exercise.h"
-#include "engine/room/keys.h"
 #include "engine/room/played_hand.h"
 
 namespace app {
@@ -14,8 +13,13 @@ const char* const by_a_program =
     "to "
     "decide between movements; no physician took part";
 
+room::Speeds key_speeds() {
+    return room::load_keys(assets() / "keys.toml").speeds;
+}
+
 std::optional<exercise::Score> played_attempt(const scenario::Scenario& scenario,
-                                              const script::CommandScript& solution, std::uint64_t seed,
+                                              const script::CommandScript& solution,
+                                              const room::Speeds& speeds, std::uint64_t seed,
                                               const anatomy::ModelCache& cache,
                                               const std::filesystem::path& keep) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, cache);
@@ -23,8 +27,7 @@ std::optional<exercise::Score> played_attempt(const scenario::Scenario& scenario
         script::RecordingHeader header{origin(fmt::format("played {}", seed))};
         exercise.record(keep, header);
     }
-    room::PlayedHand hand(solution, room::load_keys(assets() / "keys.toml").speeds, scenario.frame_rate, {},
-                          seed);
+    room::PlayedHand hand(solution, speeds, scenario.frame_rate, {}, seed);
     exercise::StepReport last;
     // It holds still at the end for as long as the target asks, and a little more.
     const int still = static_cast<int>((scenario.target.hold + 1) * scenario.frame_rate);

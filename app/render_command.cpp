@@ -48,22 +48,28 @@ int render_image(const RenderArguments& arguments) {
 
 Command add_render(CLI::App& parser) {
     const auto arguments = std::make_shared<RenderArguments>();
-    CLI::App* command = parser.add_subcommand("render", "One image of a scenario, from any side");
+    CLI::App* command = parser.add_subcommand("render",
+                                              "One image of a scenario, from any side\n\n"
+                                              "Examples:\n"
+                                              "  seldinger render renal --frame 60 --out frame.png\n"
+                                              "  seldinger render coronary --lao 30 --cranial 20 --mode dsa "
+                                              "--out dsa.png");
     add_scenario(command, arguments->scenario);
-    command->add_option("--commands", arguments->commands,
-                        "Command script or recording (.gw); else the exercise's solution, if any");
+    add_script(command, arguments->commands, "the exercise's solution, if any");
     command->add_option("--frame", arguments->frame, "The frame to show; its script runs up to it")
-        ->check(CLI::Range(0, script::largest_frame));
+        ->check(whole_number(0, script::largest_frame));
     add_optional(command, "--lao", arguments->lao, "Angle of the arm, RAO negative [deg]");
     add_optional(command, "--cranial", arguments->cranial, "Angle of the arm, caudal negative [deg]");
-    command->add_option("--mode", arguments->mode, "live, dsa or roadmap")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(script::imaging_modes.begin(), script::imaging_modes.end())));
+    command->add_option("--mode", arguments->mode, "How the image is shown")
+        ->check(one_of(std::vector<std::string>(script::imaging_modes.begin(), script::imaging_modes.end())));
     command
         ->add_option("--iodine", arguments->iodine,
                      "DSA and roadmap: fills the vessels where the script left no contrast [mg/ml]")
-        ->check(CLI::Range(1.0, render::largest_iodine));
-    command->add_option("--out", arguments->out, "The image, a .png")->required();
+        ->check(number(1, render::largest_iodine));
+    command->add_option("--out", arguments->out, "The image, a .png")
+        ->required()
+        ->type_name("FILE")
+        ->check(picture_name());
     add_cache_folder(command, arguments->cache, "cache beside --out");
     return {command, [arguments] { return render_image(*arguments); }};
 }

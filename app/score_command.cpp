@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/json.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/clinical_names.h"
 #include "engine/exercise/grade.h"
@@ -20,10 +21,13 @@
 namespace app {
 namespace {
 
+const char* const exit_codes =
+    "Exit codes: 0 done, 2 bad input, 3 a state differs from what the recording states, 130 interrupted.";
+
 struct ScoreArguments {
     ScenarioChoice scenario;
     std::string file, out, cache;
-    bool force = false;
+    bool force = false, json = false;
 };
 
 struct Replayed {
@@ -130,11 +134,26 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
     if (!s.teacher.empty()) print_line(exercise::heading_of(s.teacher), exercise::text_of(s.teacher));
 }
 
-int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
+int score(const std::filesystem::path& file, const ScoreArguments& arguments, Json& all) {
     const Replayed played = replayed(file, arguments);
     const run::RunResult& result = played.result;
     const script::Origin origin = played.recording.origin.value_or(script::Origin());
     const std::string patient = played.scenario.patient_text();
+    const std::string score_json =
+        exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.benchmark});
+    if (!arguments.out.empty()) io::write_whole(arguments.out, score_json);
+    if (arguments.json) {
+        all.push_back({{"file", file.string()},
+                       {"error", nullptr},
+                       {"exercise", played.scenario.name},
+                       {"title", played.scenario.title},
+                       {"patient", patient},
+                       {"frames", result.frames},
+                       {"states_compared", result.compared_states},
+                       {"differences", result.differences},
+                       {"score", Json::parse(score_json)}});
+        return verdict(played);
+    }
     print("{}: {}{}{}\n", file.string(), played.scenario.title, patient.empty() ? "" : ", " + patient,
           origin.learner.empty() ? "" : ", by " + origin.learner);
     const double simulated = result.frames / played.scenario.frame_rate;
@@ -146,13 +165,10 @@ int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
     print_score(result.score, result.benchmark);
     if (!patient.empty() && result.benchmark.given())
         print("  The skilled attempts are of the first patient.\n");
-    if (!arguments.out.empty())
-        io::write_whole(arguments.out, exercise::to_json({origin.program, origin.learner, result.score,
-                                                          result.earlier, result.benchmark}));
     return verdict(played);
 }
 
-int replay(const std::filesystem::path& file, const ScoreArguments& arguments) {
+int replay(const std::filesystem::path& file, const ScoreArguments& arguments, Json&) {
     const Replayed played = replayed(file, arguments);
     const run::RunResult& result = played.result;
     print("{}: {} frames of '{}', {} states compared, {}\n", file.string(), result.frames,
@@ -166,9 +182,9 @@ int replay(const std::filesystem::path& file, const ScoreArguments& arguments) {
 /// Does it for the recording, or for every one of a folder, where one that cannot be played does not keep the
 /// others from it. Returns the exit code that asks for most attention.
 int for_each(const ScoreArguments& arguments,
-             int (*work)(const std::filesystem::path&, const ScoreArguments&)) {
+             int (*work)(const std::filesystem::path&, const ScoreArguments&, Json&), Json& all) {
     std::error_code ignored;
-    if (!std::filesystem::is_directory(arguments.file, ignored)) return work(arguments.file, arguments);
+    if (!std::filesystem::is_directory(arguments.file, ignored)) return work(arguments.file, arguments, all);
     const std::vector<std::filesystem::path> files = script::recordings_of(arguments.file);
     if (!arguments.out.empty() && files.size() > 1)
         throw io::InputError("--out {}: expected one recording, found {} in {}", arguments.out, files.size(),
@@ -177,9 +193,10 @@ int for_each(const ScoreArguments& arguments,
     for (const std::filesystem::path& file : files) {
         int code = bad_input;
         try {
-            code = work(file, arguments);
+            code = work(file, arguments, all);
         } catch (const io::InputError& error) {
             tell("{}\n", error.what());
+            all.push_back({{"file", file.string()}, {"error", error.what()}});
         }
         if (code == interrupted) return code;
         if (worst != bad_input && code != done) worst = code;
@@ -187,9 +204,23 @@ int for_each(const ScoreArguments& arguments,
     return worst;
 }
 
+int score_all(const ScoreArguments& arguments) {
+    Json all = Json::array();
+    const int code = for_each(arguments, score, all);
+    if (arguments.json && code != interrupted) print_json({{"schema", 1}, {"recordings", all}});
+    return code;
+}
+
+int replay_all(const ScoreArguments& arguments) {
+    Json none;
+    return for_each(arguments, replay, none);
+}
+
 CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArguments& arguments) {
     CLI::App* command = parser.add_subcommand(name, what);
-    command->add_option("file", arguments.file, "A recording (.gw), or a folder of recordings")->required();
+    command->add_option("file", arguments.file, "A recording (.gw), or a folder of recordings")
+        ->required()
+        ->type_name("FILE");
     add_scenario_of_recording(command, arguments.scenario);
     command->add_flag("--force", arguments.force,
                       "Go on where scenario or anatomy have changed since it was recorded");
@@ -201,16 +232,28 @@ CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArgumen
 
 Command add_score(CLI::App& parser) {
     const auto arguments = std::make_shared<ScoreArguments>();
-    CLI::App* command = add(parser, "score", "The score of a recording, from its commands alone", *arguments);
-    command->add_option("--out", arguments->out, "File for the score (.json)");
-    return {command, [arguments] { return for_each(*arguments, score); }};
+    CLI::App* command = add(parser, "score",
+                            "The score of a recording, from its commands alone\n\n"
+                            "Examples:\n"
+                            "  seldinger score hello/run.gw\n"
+                            "  seldinger score recordings --json",
+                            *arguments);
+    command->add_option("--out", arguments->out, "File for the score (.json)")->type_name("FILE");
+    add_json(command, arguments->json);
+    command->footer(exit_codes);
+    return {command, [arguments] { return score_all(*arguments); }};
 }
 
 Command add_replay(CLI::App& parser) {
     const auto arguments = std::make_shared<ScoreArguments>();
-    CLI::App* command =
-        add(parser, "replay", "Play a recording and check that it leads to the states it states", *arguments);
-    return {command, [arguments] { return for_each(*arguments, replay); }};
+    CLI::App* command = add(parser, "replay",
+                            "Play a recording and check that it leads to the states it states\n\n"
+                            "Examples:\n"
+                            "  seldinger replay hello/run.gw\n"
+                            "  seldinger replay recordings",
+                            *arguments);
+    command->footer(exit_codes);
+    return {command, [arguments] { return replay_all(*arguments); }};
 }
 
 }  // namespace app

@@ -27,7 +27,7 @@ struct ServeArguments {
 
 constexpr std::size_t longest_line = 1'000'000;  // [bytes]
 
-/// A line of the input without its end. A longer one than is accepted is not kept: its rest is left in the
+/// A line of the input without its end. A longer one than the longest is not kept: its rest is left in the
 /// stream, and `too_long` says so.
 bool take_line(std::istream& input, std::string& line, bool& too_long) {
     line.clear();
@@ -68,7 +68,8 @@ public:
         if (word == "keep") return keep();
         if (word == "image") return image(line, rest);
         if (word == "save") {
-            if (rest.empty()) throw io::InputError("'{}': expected the name of a file after it", word);
+            if (rest.empty())
+                throw io::InputError("'{}': expected the name of a file after it, found none", word);
             episode_.save(rest, origin());
             return fmt::format("{{\"saved\":{}}}", episode::quoted(rest));
         }
@@ -121,8 +122,8 @@ int serve(const ServeArguments& arguments) {
     }
     Server server(*episode, arguments.keep);
     const auto say = [](const std::string& line) {
-        fmt::print("{}\n", line);
-        std::fflush(stdout);
+        write_out(line + "\n");
+        if (std::fflush(stdout) != 0) write_out({});
     };
     say(episode::to_json(*episode));
     const auto refuse = [&say](const std::string& why) {
@@ -160,13 +161,16 @@ Command add_serve(CLI::App& parser) {
     const auto arguments = std::make_shared<ServeArguments>();
     CLI::App* command = parser.add_subcommand(
         "serve",
-        "An exercise for a program in any language: commands on standard input, states as JSON lines");
+        "An exercise for a program in any language: commands on standard input, states as JSON lines\n\n"
+        "Examples:\n"
+        "  seldinger serve renal\n"
+        "  printf 'advance 5 mm\\nstep\\n' | seldinger serve straight");
     add_scenario(command, arguments->scenario);
     add_patient(command, arguments->scenario);
-    command->add_option("--set", arguments->set, "KEY=VALUE in place of the scenario's; again for more");
+    add_overrides(command, arguments->set);
     add_cache_folder(command, arguments->cache);
     command->add_option("--keep", arguments->keep, "The most states that 'keep' keeps, each of 30 to 100 kB")
-        ->check(CLI::Range(1, 1'000'000))
+        ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
     command->footer(
         "Lines:\n"

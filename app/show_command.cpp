@@ -6,6 +6,7 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy_picture.h"
+#include "engine/io/files.h"
 #include "engine/run/headless.h"
 
 namespace app {
@@ -17,7 +18,7 @@ struct ShowArguments {
 };
 
 int show(const ShowArguments& arguments) {
-    require_picture(arguments.out);
+    io::require_writable(arguments.out);
     const scenario::ExerciseFiles files = exercise_named(arguments.scenario);
     const scenario::Scenario scenario = scenario::load_scenario(files.file, catalogue());
     const script::CommandScript script =
@@ -73,17 +74,19 @@ int show(const ShowArguments& arguments) {
 Command add_show(CLI::App& parser) {
     const auto arguments = std::make_shared<ShowArguments>();
     CLI::App* command = parser.add_subcommand(
-        "show", "A picture of a scenario's vessels with their names, and the way that its wire takes");
-    add_scenario(command, arguments->scenario);
-    command->add_option("--commands", arguments->commands,
-                        "Script or recording (.gw); else the exercise's solution, if any");
-    command->add_option("--out", arguments->out, "File for the picture (.png)")->required();
-    add_cache_folder(command, arguments->cache);
-    command->footer(
+        "show",
+        "A picture of a scenario's vessels with their names, and the way that its wire takes\n\n"
         "Examples:\n"
         "  seldinger show renal --out renal.png                            with the way of its solution\n"
-        "  seldinger show renal --commands my/run.gw --out mine.png        with yours\n"
-        "Exit codes: 0 done, 2 bad input, 130 interrupted.");
+        "  seldinger show renal --commands my/run.gw --out mine.png        with yours");
+    add_scenario(command, arguments->scenario);
+    add_script(command, arguments->commands, "the exercise's solution, if any");
+    command->add_option("--out", arguments->out, "File for the picture (.png)")
+        ->required()
+        ->type_name("FILE")
+        ->check(picture_name());
+    add_cache_folder(command, arguments->cache);
+    command->footer("Exit codes: 0 done, 2 bad input, 130 interrupted.");
     return {command, [arguments] { return show(*arguments); }};
 }
 

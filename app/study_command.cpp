@@ -1,20 +1,24 @@
 /// `seldinger study`: starts seldinger-study from the folder of this program.
 
+#include <memory>
 #include <string>
 #include <unistd.h>
 #include <vector>
 
 #include "app/command.h"
+#include "app/study_arguments.h"
 #include "engine/io/error.h"
 
 namespace app {
 namespace {
 
-int start_studies(std::vector<std::string> arguments) {
+/// With the words after "study".
+int start_studies() {
     const std::string file = (program_folder() / "seldinger-study").string();
-    arguments.insert(arguments.begin(), file);
+    std::vector<std::string> words = given_words();
+    words.front() = file;
     std::vector<char*> values;
-    for (std::string& argument : arguments) values.push_back(argument.data());
+    for (std::string& word : words) values.push_back(word.data());
     values.push_back(nullptr);
     execv(file.c_str(), values.data());
     throw io::InputError(
@@ -26,10 +30,10 @@ int start_studies(std::vector<std::string> arguments) {
 }  // namespace
 
 Command add_study(CLI::App& parser) {
-    CLI::App* command = parser.add_subcommand("study", "Run a study, or without an ID list them");
-    command->set_help_flag();  // the other program has its own
-    command->allow_extras();
-    return {command, [command] { return start_studies(command->remaining()); }};
+    const auto arguments = std::make_shared<StudyArguments>();
+    CLI::App* command = parser.add_subcommand("study", study_description);
+    add_study_arguments(*command, *arguments);
+    return {command, [arguments] { return start_studies(); }};
 }
 
 }  // namespace app

@@ -10,6 +10,7 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
+#include "app/study_arguments.h"
 #include "engine/io/error.h"
 #include "engine/io/shard.h"
 #include "engine/studies/shards.h"
@@ -17,15 +18,6 @@
 
 namespace app {
 namespace {
-
-struct StudyArguments {
-    std::string id, out;
-    std::vector<std::filesystem::path> folders;  // of shards to merge
-    std::optional<std::string> shard;
-    bool quick = false;
-    int threads = 2;
-    std::uint64_t seed = 1;
-};
 
 int list_studies() {
     for (const studies::Study& known : studies::all_studies()) print("{:<20} {}\n", known.id, known.question);
@@ -39,12 +31,11 @@ int study(const StudyArguments& arguments) {
     if (id.empty()) return list_studies();
     const bool all = id == "all", merge = id == "merge";
     const studies::Study* chosen = all || merge ? nullptr : &studies::find_study(id);
-    if (arguments.out.empty()) throw io::InputError("study {}: --out is missing; expected a folder", id);
+    if (arguments.out.empty()) throw BadArgument("--out FOLDER is missing");
     if (!merge && !arguments.folders.empty())
-        throw io::InputError("study {}: '{}' was found; folders go with 'study merge'", id,
-                             arguments.folders.front().string());
-    if (arguments.shard && !chosen)
-        throw io::InputError("--shard: 'study {}' cannot be cut; it goes with one study", id);
+        throw BadArgument("expected no more arguments after '{}', found '{}'; 'study merge' takes folders",
+                          id, arguments.folders.front().string());
+    if (arguments.shard && !chosen) throw BadArgument("--shard: expected one study with it, found '{}'", id);
     studies::StudyOptions options;
     const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
     if (meshes) options.real_meshes = meshes;
@@ -85,25 +76,8 @@ int study(const StudyArguments& arguments) {
 
 int main(int count, char** values) {
     app::catch_signals();
-    CLI::App parser("Run a study, or without an ID list them", "seldinger study");
-    parser.set_version_flag("--version", app::program);
+    CLI::App parser(app::study_description, "seldinger study");
     app::StudyArguments arguments;
-    parser.add_option("id", arguments.id, "Which study, or 'all', or 'merge'");
-    parser.add_option("folders", arguments.folders, "Of 'merge': those that --shard left");
-    parser.add_option("--out", arguments.out, "Folder for tables and pictures");
-    parser.add_flag("--quick", arguments.quick, "Shorter wires, less work: a try, not a result");
-    parser.add_option("--threads", arguments.threads, "Threads; results do not depend on them")
-        ->check(CLI::Range(1, 256));
-    app::add_optional(&parser, "--shard", arguments.shard,
-                      "i/n: the i-th of n equal parts, for 'merge' (wall-variation)");
-    parser.add_option("--seed", arguments.seed, "Of a study that draws random numbers")
-        ->check(CLI::Range(0.0, 9e15));
-
-    parser.footer(
-        "Examples:\n"
-        "  seldinger study                                     the studies and their questions\n"
-        "  seldinger study accuracy --quick --out study        one of them, as a try\n"
-        "  seldinger study all --out studies                   all, on one page\n"
-        "Exit codes: 0 done, 2 bad input, 130 interrupted.");
+    app::add_study_arguments(parser, arguments);
     return app::run_action(parser, count, values, [&] { return app::study(arguments); });
 }

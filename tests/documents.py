@@ -184,13 +184,12 @@ class Program:
         """(sub-commands, options) of a command."""
         if words not in self.helps:
             text = self.run(*words, "--help")
-            parts = text.split("Subcommands:")
-            below = parts[1].split("\n\n")[0] if len(parts) > 1 else ""
+            below = text.split("\nOptions:\n")[-1] if re.search(r"^Usage: .* COMMAND ", text, re.M) else ""
             options = set()
             for line in text.split("\n"):
                 if match := re.match(r"\s+(-[^\s]+)", line):
                     options.update(name.split(":")[0] for name in match.group(1).split(","))
-            self.helps[words] = (set(re.findall(r"^  ([a-z]+)", below, re.M)), options)
+            self.helps[words] = (set(re.findall(r"^  ([a-z]+)(?:  |$)", below, re.M)), options)
         return self.helps[words]
 
     def fault(self, line, own):

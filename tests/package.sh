@@ -28,6 +28,9 @@ done
 for page in seldinger seldinger-study; do
     gzip -dc "$scratch/root/usr/share/man/man1/$page.1.gz" | grep -q '^.SH SYNOPSIS' || fail "the manual page of $page is missing"
 done
+for file in bash-completion/completions/seldinger zsh/site-functions/_seldinger fish/vendor_completions.d/seldinger.fish; do
+    grep -q -- truth-of "$scratch/root/usr/share/$file" || fail "$file does not complete options"
+done
 if command -v lintian >/dev/null 2>&1; then
     lintian --fail-on error,warning made/*.deb >lintian.txt 2>&1 || { cat lintian.txt >&2; fail "lintian finds faults"; }
 fi

@@ -10,12 +10,18 @@ printf '.TH %s 1 "" "Seldinger %s" "User commands"\n.SH NAME\n%s \\- %s\n.SH SYN
     "$(printf '%s' "$name" | tr a-z A-Z)" "$3" "$name" "$2" "$name"
 "$program" --help | text
 printf '.fi\n'
-# Commands stand in the help as two blanks, a word, blanks, what it does.
-for command in $("$program" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p'); do
-    printf '.SH %s %s\n.nf\n' "$(printf '%s' "$name" | tr a-z A-Z)" "$(printf '%s' "$command" | tr a-z A-Z)"
-    "$program" "$command" --help | text
-    printf '.fi\n'
-done
+# Writes what the help of the commands below these words says. They stand after the options, as two blanks, a word, and
+# then more blanks or the line's end.
+pages_below() {
+    "$program" "$@" --help | grep -q '^Usage: .* COMMAND ' || return 0
+    for below in $("$program" "$@" --help | sed -n '/^Options:/,$s/^  \([a-z][a-z]*\)\(  .*\)*$/\1/p'); do
+        printf '.SH %s\n.nf\n' "$(printf '%s' "$name $* $below" | tr -s ' ' | tr a-z A-Z)"
+        "$program" "$@" "$below" --help | text
+        printf '.fi\n'
+        pages_below "$@" "$below"
+    done
+}
+pages_below
 printf '.SH SEE ALSO\nThe manual in docs/ of the source.\n'
 exec >&-
 gzip -9nc "$4.new" >"$4"

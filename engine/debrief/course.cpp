@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <variant>
 
 #include "engine/exercise/grade.h"
 #include "engine/io/csv.h"
@@ -228,45 +229,75 @@ std::string link_to(const fs::path& file, const fs::path& folder) {
     return link;
 }
 
-std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) {
-    std::string text =
-        "learner,exercise,level,attempt,file,reached,points,time_s,beam_s,contrast_ml,travel_mm,peak_force_N,"
-        "wrong_entries,errors";
-    for (const char* id : exercise::mishap_ids) text += std::string(",") + id;
-    text +=
-        ",problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,debriefing,"
-        "steps_done,"
-        "steps,patient,teacher\n";
+namespace {
+
+/// What a column has of an attempt: NaN where there is nothing.
+using Cell = std::variant<std::string, double, bool>;
+
+std::vector<std::pair<std::string, Cell>> columns_of(const CourseRow& row, const CoursePlan& plan) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const bool counts = row.problem.empty();
+    const auto figure = [counts](double value) { return counts ? value : none; };
+    const auto flag = [counts, none](bool value) { return counts ? Cell(value) : Cell(none); };
+    std::vector<std::pair<std::string, Cell>> columns = {{"learner", row.learner},
+                                                         {"exercise", row.exercise},
+                                                         {"level", double(row.level)},
+                                                         {"attempt", figure(row.attempt)},
+                                                         {"file", row.file},
+                                                         {"reached", flag(row.reached)},
+                                                         {"points", row.points.value_or(none)},
+                                                         {"time_s", row.time.value_or(none)},
+                                                         {"beam_s", figure(row.beam)},
+                                                         {"contrast_ml", figure(row.contrast)},
+                                                         {"travel_mm", figure(row.travel)},
+                                                         {"peak_force_N", figure(row.force)},
+                                                         {"wrong_entries", figure(row.wrong_entries)},
+                                                         {"errors", figure(row.all_errors())}};
+    for (std::size_t kind = 0; kind < row.errors.size(); ++kind)
+        columns.emplace_back(exercise::mishap_ids[kind], figure(row.errors[kind]));
+    const PlannedExercise* asked = plan.find(row.exercise);
+    const double pass = asked ? asked->pass : plan.pass;
+    columns.insert(columns.end(), {{"problem", row.problem},
+                                   {"title", row.title},
+                                   {"day", row.day ? day_text(*row.day) : std::string()},
+                                   {"air_kerma_mGy", row.air_kerma.value_or(none)},
+                                   {"kerma_area_product_Gy_cm2", row.area_product.value_or(none)},
+                                   {"angiograms", figure(row.angiograms)},
+                                   {"pass_mark", pass},
+                                   {"passed", flag(row.passes(pass))},
+                                   {"debriefing", row.debriefing},
+                                   {"steps_done", row.steps ? row.steps->first : none},
+                                   {"steps", row.steps ? row.steps->second : none},
+                                   {"patient", row.patient},
+                                   {"teacher", row.teacher}});
+    return columns;
+}
+
+}  // namespace
+
+std::string course_csv(std::span<const CourseRow> rows, const CoursePlan& plan) {
+    std::string text;
+    for (const auto& [name, none] : columns_of({}, plan)) text += (text.empty() ? "" : ",") + name;
+    text += "\n";
     for (const CourseRow& row : rows) {
-        const bool counts = row.problem.empty();
-        const auto figure = [counts](double value) { return counts ? value : none; };
-        std::vector<io::CsvCell> cells = {row.learner,
-                                          row.exercise,
-                                          row.level,
-                                          figure(row.attempt),
-                                          row.file,
-                                          figure(row.reached),
-                                          row.points.value_or(none),
-                                          row.time.value_or(none),
-                                          figure(row.beam),
-                                          figure(row.contrast),
-                                          figure(row.travel),
-                                          figure(row.force),
-                                          figure(row.wrong_entries),
-                                          figure(row.all_errors())};
-        for (const int count : row.errors) cells.push_back(figure(count));
-        cells.push_back(row.problem);
-        const PlannedExercise* asked = plan.find(row.exercise);
-        const double pass = asked ? asked->pass : plan.pass;
-        cells.insert(cells.end(),
-                     {row.title, row.day ? day_text(*row.day) : "", row.air_kerma.value_or(none),
-                      row.area_product.value_or(none), figure(row.angiograms), pass, figure(row.passes(pass)),
-                      row.debriefing, row.steps ? row.steps->first : none,
-                      row.steps ? row.steps->second : none, row.patient, row.teacher});
+        std::vector<io::CsvCell> cells;
+        for (const auto& [name, cell] : columns_of(row, plan))
+            std::visit([&cells](const auto& value) { cells.emplace_back(value); }, cell);
         io::append_row(text, cells);
     }
     return io::as_utf8(text);
+}
+
+std::string course_json(std::span<const CourseRow> rows, const CoursePlan& plan) {
+    nlohmann::ordered_json attempts = nlohmann::ordered_json::array();
+    for (const CourseRow& row : rows) {
+        nlohmann::ordered_json attempt;
+        for (const auto& [name, cell] : columns_of(row, plan))
+            std::visit([&to = attempt[name]](const auto& value) { to = value; }, cell);  // NaN is null
+        attempts.push_back(std::move(attempt));
+    }
+    const nlohmann::ordered_json course = {{"schema", 1}, {"attempts", attempts}};
+    return course.dump(2, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace debrief

@@ -78,5 +78,7 @@ std::string link_to(const std::filesystem::path& file, const std::filesystem::pa
 
 /// A line for each attempt; columns are only ever added at the end.
 std::string course_csv(std::span<const CourseRow>, const CoursePlan&);
+/// The same as JSON: an object for each attempt, with the columns as keys.
+std::string course_json(std::span<const CourseRow>, const CoursePlan&);
 
 }  // namespace debrief

@@ -35,8 +35,9 @@ std::string missing_device(const script::Command& command, const scenario::Scena
 
 std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario& scenario) {
     // A file stands next to the scenario's.
-    return name.ends_with(".toml") ? std::filesystem::path(scenario.place("").file).parent_path() / name
-                                   : scenario::find_device(name, scenario.catalogue);
+    return name.ends_with(".toml")
+               ? std::filesystem::path(scenario.place("").file).parent_path() / name
+               : scenario::find_device(name, scenario.catalogue, scenario::DeviceKind::Wire);
 }
 
 scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {

@@ -199,29 +199,45 @@ std::optional<std::uint64_t> parse_hash(std::string_view word) {
     return parse_whole<std::uint64_t>(word, 16);
 }
 
-std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted) {
+namespace {
+
+/// The accepted words that are nearest to the one written, whatever its case, in their order.
+std::vector<std::string_view> nearest_words(std::string_view written,
+                                            std::span<const std::string_view> accepted) {
     // A vessel is named after the arteries along it, such as LM+LAD.
     for (const std::string_view word : accepted) {
         const std::string chain = "+" + std::string(word) + "+";
         if (!written.empty() && word != written &&
             chain.find("+" + std::string(written) + "+") != std::string::npos)
-            return std::string(word);
+            return {word};
     }
-    std::string_view best;
-    std::size_t least = std::max<std::size_t>(2, written.size() / 3) + 1;
+    const std::string typed = lower_case(written);
+    std::vector<std::string_view> best;
+    std::size_t least = std::max<std::size_t>(2, written.size() / 3);
     for (const std::string_view word : accepted) {
-        const std::size_t distance = edit_distance(written, word);
-        const bool continues =
-            written.size() >= 3 && (word.starts_with(written) || written.starts_with(word));
-        const std::size_t effective = continues ? std::min<std::size_t>(distance, 1) : distance;
-        if (effective < least) least = effective, best = word;
+        const std::string known = lower_case(word);
+        const bool continues = typed.size() >= 3 && (known.starts_with(typed) || typed.starts_with(known));
+        const std::size_t apart = edit_distance(typed, known);
+        const std::size_t distance = continues ? std::min<std::size_t>(apart, 1) : apart;
+        if (distance >= std::max(typed.size(), known.size())) continue;  // they have nothing in common
+        if (distance < least) best.clear();
+        if (distance <= least) least = distance, best.push_back(word);
     }
-    return std::string(best);
+    return best;
+}
+
+}  // namespace
+
+std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted) {
+    const std::vector<std::string_view> near = nearest_words(written, accepted);
+    return near.empty() ? std::string() : std::string(near.front());
 }
 
 std::string suggestion(std::string_view written, std::span<const std::string_view> accepted) {
-    const std::string near = nearest_word(written, accepted);
-    return near.empty() ? "" : " (is '" + near + "' meant?)";
+    std::vector<std::string_view> near = nearest_words(written, accepted);
+    if (near.empty()) return {};
+    if (near.size() > 2) near.resize(1);  // many are no help
+    return " (did you mean '" + joined(near, "' or '") + "'?)";
 }
 
 std::vector<std::string_view> split(std::string_view text, char separator) {

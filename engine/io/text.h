@@ -52,7 +52,8 @@ std::string place_text(const geometry::Vec3&);
 /// The accepted word nearest to the one written, empty when none is near.
 std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted);
 
-/// " (is 'word' meant?)", to follow the word written; empty when no accepted word is near.
+/// " (did you mean 'word'?)", or two that are as near, to follow the word written; empty when no accepted
+/// word is near.
 std::string suggestion(std::string_view written, std::span<const std::string_view> accepted);
 
 /// The parts between separators; empty ones count.

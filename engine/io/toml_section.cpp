@@ -64,9 +64,16 @@ Section::Section(Reading& reading, const toml::table* table, std::string name)
 }
 
 void Section::schema() {
+    constexpr int known = 1;
+    const toml::node* node = find("schema");
+    if (!node) return missing("schema", "schema = 1");
+    const auto* read = node->as_integer();
+    if (read && read->get() > known)
+        return reading_.refuse(
+            node->source(),
+            fmt::format("schema {} is of a later version; this program reads {}", read->get(), known));
     int schema = 0;
-    if (!find("schema")) missing("schema", "schema = 1");
-    whole("schema", schema, {1, 1});
+    whole("schema", schema, {known, known});
 }
 
 const toml::node* Section::find(std::string_view key) {
@@ -79,9 +86,12 @@ const toml::node* Section::find(std::string_view key) {
 }
 
 void Section::refuse(std::string_view key, const toml::node& node, const std::string& accepted) {
+    // A value that was put in place of the file's own is its own place.
+    const bool of_file = reading_.place(node.source()).file == reading_.file;
     reading_.refuse(node.source(),
-                    fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ", key,
-                                shown(node), accepted));
+                    of_file ? fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ",
+                                          key, shown(node), accepted)
+                            : accepted);
 }
 
 void Section::number(std::string_view key, double& value, Range range, double unit) {
@@ -166,10 +176,12 @@ void Section::missing(std::string_view, const std::string& what) {
     refuse_whole(what + " is missing");
 }
 
+TextPlace Section::place() const {
+    return table_ && !name_.empty() ? reading_.place(table_->source()) : TextPlace{reading_.file, 0, 0};
+}
+
 void Section::refuse_whole(const std::string& text) {
-    TextPlace place{reading_.file, 0, 0};
-    if (table_ && !name_.empty()) place = reading_.place(table_->source());
-    reading_.wrong.emplace_back(place, text);
+    reading_.wrong.emplace_back(place(), text);
 }
 
 void Section::finish() const {

@@ -54,6 +54,8 @@ public:
     Section(Reading&, const toml::table*, std::string name);
 
     bool given() const { return table_ != nullptr; }
+    /// Where it begins.
+    TextPlace place() const;
     const toml::node* find(std::string_view key);
     void refuse(std::string_view key, const toml::node&, const std::string& accepted);
 

@@ -28,6 +28,7 @@ public:
 
     KeyMap read(const toml::table& file) {
         io::Section top(reading_, &file, "");
+        if (top.find("schema")) top.schema();  // files of earlier versions have none
         hand(top.section("hand", false));
         stand(top.section("stand", false));
         keys(top.section("keys", false));
@@ -102,12 +103,12 @@ private:
             std::vector<std::string_view> words;  // a single letter is near to any word
             for (const std::string_view known : key_names())
                 if (known.size() > 1) words.push_back(known);
-            const std::string near = name ? io::nearest_word(*name, words) : std::string();
-            reading_.refuse(node.source(),
-                            fmt::format("{} is no key{}; expected letters, digits, F1 to F12, {}, ...",
-                                        name ? "'" + *name + "'" : "this",
-                                        near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near),
-                                        "Up, Space, LeftShift, Keypad0, GamepadA"));
+            reading_.refuse(
+                node.source(),
+                fmt::format(
+                    "{} is no key{}; expected letters, digits, F1 to F12, Up, Space, LeftShift, Keypad0, "
+                    "GamepadA, ...",
+                    name ? "'" + *name + "'" : "this", name ? io::suggestion(*name, words) : ""));
             return std::nullopt;
         }
         if (const auto [known, is_new] = claimed_.emplace(*key, by); !is_new) {

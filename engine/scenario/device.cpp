@@ -305,16 +305,18 @@ std::vector<std::filesystem::path> device_files(const std::filesystem::path& fol
     return files;
 }
 
-std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder) {
-    std::error_code error;
+std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder,
+                                  std::optional<DeviceKind> kind) {
     if (path_or_name.ends_with(".toml")) return path_or_name;
     std::vector<std::string> names;
     for (const std::filesystem::path& file : device_files(folder)) {
         if (file.stem() == path_or_name) return file;
-        names.push_back(file.stem().string());
+        if (!kind || load_device(file).kind == *kind) names.push_back(file.stem().string());
     }
-    throw io::InputError("'{}' is no device; expected a file (.toml) or one of these: {}", path_or_name,
-                         io::joined(names));
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    throw io::InputError("expected a {} of the catalogue or a file (.toml), found '{}'{}; {}s are: {}",
+                         kind ? name_of(*kind) : "device", path_or_name, io::suggestion(path_or_name, known),
+                         kind ? name_of(*kind) : "device", io::joined(names));
 }
 
 std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {

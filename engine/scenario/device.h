@@ -57,7 +57,8 @@ void override_device(io::Section&, Device&);
 std::vector<std::filesystem::path> device_files(const std::filesystem::path& folder);
 
 /// A path to a device file as it is, or the name of one in the folder. Throws InputError naming those there.
-std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder);
+std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder,
+                                  std::optional<DeviceKind> kind = {});
 
 /// Centre line of the free shape in mm, from `straight` mm of shaft proximal of it to the distal end at the
 /// end of the list; the shaft runs along +x, an arc in plane 0 turns to +y.

@@ -103,7 +103,7 @@ void read_device(io::Section& section, script::Held role, const std::string& nam
     if (!wanted.empty()) {
         try {
             s.files.push_back(wanted.ends_with(".toml") ? file.parent_path() / wanted
-                                                        : find_device(wanted, s.catalogue));
+                                                        : find_device(wanted, s.catalogue, kind));
             device = load_device(s.files.back());
             if (device.kind != kind && node)
                 section.refuse("device", *node,
@@ -525,8 +525,12 @@ void put(toml::table& root, const Override& with) {
     try {
         parsed = toml::parse("value = " + with.value, fmt::format("{} = {}", with.key, with.value));
     } catch (const toml::parse_error& error) {
+        // A text has quotes, and a shell takes quotes away.
         refuse(
-            fmt::format("this is not TOML: {}; expected KEY=VALUE, a text in quotes", error.description()));
+            with.value.find_first_of("\"'[]{}") == std::string::npos
+                ? fmt::format("expected a number, true, false, or a text in quotes, in a shell '{}=\"{}\"'",
+                              with.key, with.value)
+                : fmt::format("this is not TOML: {}", error.description()));
     }
     if (parsed.size() != 1 || !parsed.contains("value")) refuse("expected one value");
     toml::table* table = &root;

@@ -57,8 +57,11 @@ public:
         const std::string accepted = fmt::format("expected a number from {} to {}, in {}", least, most, unit);
         const Word& word = take(accepted);
         const std::optional<double> read = io::parse_number(word.text);
-        if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also rejects NaN
-        return *read;
+        if (read && *read >= least && *read <= most) return *read;  // NaN is not
+        if (const std::string_view amount = word.text.substr(0, word.text.size() - unit.size());
+            word.text.ends_with(unit) && io::parse_number(amount))
+            refuse(word, fmt::format("expected a space in it: '{} {}'", amount, unit));
+        refuse(word, accepted);
     }
     /// Takes the word if it is this one.
     bool next_is(std::string_view text) {
@@ -67,6 +70,9 @@ public:
         return is;
     }
     void unit(std::string_view accepted) {
+        if (done())
+            throw Refusal{length_ + 1,
+                          fmt::format("the unit is missing: '{} {}'", words_[next_ - 1].text, accepted)};
         exactly(accepted, fmt::format("expected the unit '{}'", accepted));
     }
     void word(std::string_view accepted) { exactly(accepted, fmt::format("expected '{}'", accepted)); }
@@ -332,8 +338,16 @@ Command command(const Word& word, Line& line) {
     for (const Verb& verb : verbs)
         if (verb.word == word.text) return verb.read(line);
     const std::vector<std::string_view> known = known_verbs();
-    throw Refusal{word.column, fmt::format("unknown command '{}'{}; commands are: {}", word.text,
-                                           io::suggestion(word.text, known), io::joined(known))};
+    // What these are called elsewhere.
+    constexpr std::pair<std::string_view, std::string_view> others[] = {
+        {"push", "advance"},     {"forward", "advance"}, {"pull", "withdraw"},
+        {"retract", "withdraw"}, {"turn", "rotate"},     {"torque", "rotate"}};
+    const std::string typed = io::lower_case(word.text);
+    const auto* const other = std::ranges::find(others, typed, [](const auto& pair) { return pair.first; });
+    throw Refusal{word.column,
+                  fmt::format("unknown command '{}'{}; commands are: {}", word.text,
+                              io::suggestion(other != std::end(others) ? other->second : word.text, known),
+                              io::joined(known))};
 }
 
 class Parser {

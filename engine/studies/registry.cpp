@@ -50,7 +50,8 @@ const Study& find_study(std::string_view id) {
         if (study.id == id) return study;
         ids.push_back(study.id);
     }
-    throw io::InputError("'{}' is not a study; studies are: {}", id, io::joined(ids));
+    throw io::InputError("'{}' is not a study{}; studies are: {}", id, io::suggestion(id, ids),
+                         io::joined(ids));
 }
 
 std::vector<std::string> run_study(const Study& study, const std::filesystem::path& out,

@@ -75,18 +75,19 @@ TEST_F(AnatomyGenerate, SaysWhoThePatientIs) {
 
 TEST_F(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     const std::string out = folder / "out";
-    expect_refused(folder, {"iliac-rena", "--out", out}, "(is 'iliac-renal' meant?); presets are: arch-1");
+    expect_refused(folder, {"iliac-rena", "--out", out},
+                   "(did you mean 'iliac-renal'?); presets are: arch-1");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "no such vessel tree can be read");
     write(folder / "x.toml", std::string(small_tree) + "radius = 3\n");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "x.toml:5:");
     write(folder / "x.toml", small_tree);
     expect_refused(folder, {folder / "x.toml", "--out", out, "--stenosis", "mian:15:8:50"},
-                   "(is 'main' meant?)");
+                   "(did you mean 'main'?)");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--stenosis", "main:35:8:50"},
                    "expected 0 to 30.0 mm");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--name", "a/b"},
                    "a file name without a folder");
-    expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: 'x' was found; expected f or m");
+    expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: expected f or m, found 'x'");
     expect_refused(folder, {"rca", "--out", out, "--age", "7"}, "--age");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--sex", "f"},
                    "expected a preset whose patient they describe");
@@ -156,12 +157,12 @@ TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
     const auto with = [&](const std::vector<std::string>& more, const std::string& expected) {
         refused(test::joined(known, more), expected);
     };
-    with({"--axes", "ra"}, "--axes: 'ra' was found; expected lps or ras");
+    with({"--axes", "ra"}, "--axes: expected lps or ras, found 'ra' (did you mean 'ras'?)");
     with({"--rotate", "90"}, "expected AXIS:DEG such as z:90");
     with({"--scale", "-1"}, "--scale: -1 was found");
     with({"--body", "leg"}, "expected pelvis, abdomen, chest or head");
     with({"--landmark", "1,2,3"}, "--landmark was given without --body");
-    with({"--name", "a", "--name", "b"}, "expected one, and END=X,Y,Z for each end");
+    with({"--name", "a", "--name", "b"}, "--name: expected one for the files, and END=X,Y,Z for each end");
     with({"--scenario", folder / "none/x.toml"}, "none/x.toml: cannot be written: No such file");
     with({"--scenario", folder / "x.obj"}, "would overwrite what is read");
     with({"--name", "a=1,2"}, "expected NAME=X,Y,Z in mm");

@@ -176,7 +176,7 @@ TEST_F(Author, NewRefusesWhatIsThereAndWhatIsNoName) {
     EXPECT_EQ(read(folder / "own/other.toml"), "mine\n");
     EXPECT_EQ(read(file), text);
     succeeded({"new", "second", "--from", "renal"});
-    expect_refused(run({"new", "third", "--from", "renall"}), "is 'renal' meant?");
+    expect_refused(run({"new", "third", "--from", "renall"}), "did you mean 'renal'?");
     EXPECT_FALSE(fs::exists(folder / "data/seldinger/exercises/third.toml"));
 }
 

@@ -17,7 +17,7 @@ struct BadInput : test::InFolder {
         const Outcome result = run(folder, words);
         EXPECT_EQ(result.code, 2) << result.out;
         // Lines of progress come before it where the machine is slow.
-        test::expect_said("\n" + result.error, "\nseldinger: ");
+        test::expect_said("\n" + result.error, "\nseldinger");
         test::expect_said(result.error, expected);
         EXPECT_FALSE(std::filesystem::exists(folder / "out"));
     }
@@ -27,7 +27,7 @@ struct BadInput : test::InFolder {
 
 TEST_F(BadInput, UnknownScenarioIsRefusedWithThoseThatShip) {
     expect_refused({"run", "s_bent", "--commands", good_script, "--out", folder / "out"},
-                   "is 's_bend' meant?");
+                   "did you mean 's_bend'?");
 }
 
 TEST_F(BadInput, MissingCommandFileIsNamed) {

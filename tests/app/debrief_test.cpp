@@ -168,7 +168,7 @@ TEST_F(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     test::expect_said(made.out, "18 of 18 runs, 1 failed");
     const std::string csv = read(folder / "one/batch.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 19) << csv;
-    test::expect_said(csv, "diameter_mm = 30.0 was found");
+    test::expect_said(csv, "diameter_mm = 30.0: expected");
     test::expect_said(csv, "guidewire.friction=0.1 seed=2");
     EXPECT_TRUE(std::filesystem::exists(folder / "one/000001/run.gw"));
     // Two at a time give the same.

@@ -26,7 +26,8 @@ TEST_F(DeviceCommand, ShowsValuesWithTheirSourcesAndDrawsAPicture) {
     for (const char* words : {"catheter", "5F Cobra C2", "estimate", "Niemczyk", "-60 deg"})
         EXPECT_NE(shown.out.find(words), std::string::npos) << words;
     EXPECT_GT(std::filesystem::file_size(picture), 10'000u);
-    expect_refused(run(folder, {"device", "show", "cobra"}), "'cobra' is no device");
+    expect_refused(run(folder, {"device", "show", "cobra"}),
+                   "found 'cobra' (did you mean 'cobra4f' or 'cobra5f'?); devices are: ");
     expect_refused(run(folder, {"device", "show", "missing.toml"}), "missing.toml");
     expect_refused(run(folder, {"device", "show", "cobra5f", "--out", folder / "cobra.jpg"}), ".png");
     EXPECT_EQ(run(folder, {"device"}).code, 2);

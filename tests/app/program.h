@@ -103,7 +103,11 @@ inline Outcome succeeded(const TemporaryFolder& folder, const std::vector<std::s
 inline void expect_refused(const Outcome& result, const std::string& expected,
                            const std::source_location& where = std::source_location::current()) {
     EXPECT_EQ(result.code, 2) << result.out << result.error;
-    EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
+    // "seldinger run: " where the arguments are refused.
+    const std::string named = result.error.substr(0, result.error.find(": "));
+    EXPECT_TRUE(named.starts_with("seldinger") &&
+                named.find_first_not_of("abcdefghijklmnopqrstuvwxyz ") == std::string::npos)
+        << result.error;
     expect_said(result.error, expected, where);
 }
 

@@ -43,8 +43,8 @@ TEST_F(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
 TEST_F(Render, AnglesModesFramesAndContrastThereAreNotAreRefused) {
     expect_render_refused({"--lao", "130"}, "LAO/RAO angle must lie within 120 degrees");
     expect_render_refused({"--cranial", "-50"}, "cranial/caudal angle must lie within 45 degrees");
-    expect_render_refused({"--lao", "nan"}, "--lao: 'nan' was found");
-    expect_render_refused({"--mode", "cine"}, "live,dsa,roadmap");
+    expect_render_refused({"--lao", "nan"}, "--lao: expected a number, found 'nan'");
+    expect_render_refused({"--mode", "cine"}, "expected live, dsa or roadmap");
     expect_render_refused({"--frame", "-1"}, "--frame");
     expect_render_refused({"--frame", "40000"}, "the script ends at 40: expected 0 to 40");
     expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");

@@ -215,14 +215,14 @@ TEST_F(Trust, NumbersThatAreNotFiniteAreRefused) {
     for (const char* number : {"nan", "inf", "-inf", "NAN"}) {
         const std::string three = std::string("1,2,") + number;
         expect_refused_at_once({"anatomy", "import", "x.stl", "--out", out, "--inlet", three},
-                               "--inlet: '" + std::string(number) + "' was found; expected a finite number");
+                               "--inlet: expected a number, found '" + std::string(number) + "'");
         expect_refused_at_once(
             {"anatomy", "import", "x.stl", "--out", out, "--body", "pelvis", "--landmark", three},
             "--landmark: ");
         expect_refused_at_once({"anatomy", "import", "x.stl", "--out", out, "--end", three}, "--end: ");
     }
     expect_refused_at_once({"render", "renal", "--out", folder / "x.png", "--lao", "nan"},
-                           "--lao: 'nan' was found");
+                           "--lao: expected a number, found 'nan'");
 }
 
 TEST_F(Trust, NamesThatAreFoldersAreRefused) {

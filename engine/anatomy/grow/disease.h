@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/io/error.h"
 
 namespace anatomy {
 
@@ -20,7 +21,11 @@ struct Stenosis {
     double eccentricity = 0;    // 0: from all sides; 1: from one, while the wall opposite stays [-]
     double angle = 0;           // of the plaque's side about the branch, from its most convex side [rad]
     bool calcified = false;     // deposits of calcium in the plaque, which the image shows
+    io::TextPlace asked = {};   // where a file asks for it
 };
+
+/// The most that a lumen's radius may change along it [-]; at 1 one ball of it would contain the next.
+inline constexpr double steepest_taper = 0.8;
 
 /// A sac on the side of a branch, joined to it by a neck: a closed branch of its own.
 struct Aneurysm {

@@ -95,6 +95,7 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
         section.number("wavelength_mm", tortuosity.wavelength, {2, 500});
     });
     read_placed(top, "stenosis", spec.stenoses, [](io::Section& section, Stenosis& stenosis) {
+        stenosis.asked = section.place();
         section.number("length_mm", stenosis.length, {1, 200});
         section.number("percent", stenosis.percent, {0, 90});
         section.number("eccentricity", stenosis.eccentricity, {0, 1});

@@ -253,6 +253,30 @@ void drop_orphans(VesselTree& tree) {
     tree.branches = std::move(left);
 }
 
+/// The most that the radius changes along it [-].
+double taper_of(const SampledBranch& branch) {
+    double most = 0;
+    for (std::size_t i = 0; i + 1 < branch.radii.size(); ++i)
+        most = std::max(most, std::abs(branch.radii[i + 1] - branch.radii[i]) / branch.step());
+    return most;
+}
+
+[[noreturn]] void refuse_steep(const SampledBranch& before, const Stenosis& stenosis) {
+    constexpr double longest = 200;  // [mm]
+    Stenosis gentle = stenosis;
+    for (gentle.length = std::ceil(stenosis.length); gentle.length < longest; ++gentle.length) {
+        SampledBranch branch = before;
+        narrow(branch, gentle);
+        if (taper_of(branch) <= steepest_taper) break;
+    }
+    throw io::InputError(io::located(
+        stenosis.asked,
+        fmt::format(
+            "the stenosis of '{}' is too steep: for {:g} percent at {:g} mm expected a length of {:g} mm "
+            "or more, found {:g} mm",
+            stenosis.branch, stenosis.percent, stenosis.at, gentle.length, stenosis.length)));
+}
+
 void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
     for (const Aneurysm& aneurysm : spec.aneurysms) {
         place_on(named(tree, aneurysm.branch), aneurysm.at, "the aneurysm");
@@ -278,7 +302,10 @@ void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
             const std::vector<CalciumDeposit> deposits = calcium_in(branch, stenosis);
             tree.calcium.insert(tree.calcium.end(), deposits.begin(), deposits.end());
         }
+        const SampledBranch before = branch;
         narrow(branch, stenosis);
+        if (!branch.closed && taper_of(branch) > steepest_taper && taper_of(before) <= steepest_taper)
+            refuse_steep(before, stenosis);
     }
     for (const Occlusion& occlusion : spec.occlusions) {
         const auto branch = std::find_if(tree.branches.begin(), tree.branches.end(),

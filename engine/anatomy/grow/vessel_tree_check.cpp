@@ -13,7 +13,6 @@ namespace {
 
 constexpr double least_radius = 0.2, largest_radius = 30;  // of arteries that a wire enters [mm]
 constexpr double largest_extent = 2000;                    // [mm]
-constexpr double steepest_taper = 0.8;                     // radius per length; at 1 balls contain each other
 
 std::string place_text(const SampledBranch& branch, int sample) {
     const Vec3& p = branch.points[sample];

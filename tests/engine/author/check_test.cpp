@@ -47,7 +47,7 @@ TEST_F(CheckTest, WhatIsFineIsSaidAndWhatIsMissingIsNoFault) {
 }
 
 TEST_F(CheckTest, EverythingThatARunRefusesIsWrong) {
-    expect_wrong(found("title", "titel"), "scenario", "is 'title' meant?");
+    expect_wrong(found("title", "titel"), "scenario", "did you mean 'title'?");
     expect_wrong(found("end = \"start\"", "end = \"begin\""), "entry", "'begin' is no open end");
     expect_wrong(found("inserted_mm = 20.0", "inserted_mm = 900.0"), "entry", "900 mm of wire");
     expect_wrong(found("name = \"end\"", "name = \"goal\""), "target", "'goal' is no target");

@@ -216,7 +216,7 @@ TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
     const auto refused = [](const std::string& section) {
         return test::refusal([&] { test::small_scenario(test::small_toml + section); });
     };
-    test::expect_said(refused("[catheter]\ndevice = \"cobra\"\n"), "is no device");
+    test::expect_said(refused("[catheter]\ndevice = \"cobra\"\n"), "catheters are: ");
     test::expect_said(refused("[catheter]\ndevice = \"rosen035\"\n"), "a wire");
     test::expect_said(refused("[catheter]\n"), "device");
     test::expect_said(refused("[catheter]\ndevice = \"cobra5f\"\ninner_diameter_mm = 0.8\n"),
@@ -236,7 +236,8 @@ TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
     test::expect_said(said(alone, "0 advance catheter 5 mm\n"), "has none");
     test::expect_said(said(alone, "0 inject 5 ml at 1 ml/s through catheter\n"), "has none");
     test::expect_said(said(simulation, "0 exchange wire rosen035\n"), "still in");
-    test::expect_said(said(simulation, "0 remove wire\n1 exchange wire rosen36\n"), "is no device");
+    test::expect_said(said(simulation, "0 remove wire\n1 exchange wire rosen36\n"),
+                      "found 'rosen36' (did you mean 'rosen035'?); wires are: ");
     test::expect_said(said(simulation, "0 remove wire\n1 exchange wire cobra5f\n"), "is a catheter");
     EXPECT_EQ(said(simulation, "0 remove wire\n1 exchange wire rosen035\n"), "");
     test::expect_said(said(simulation, "0 inject 5 ml at 40 ml/s through catheter\n"), "ml/s at most");

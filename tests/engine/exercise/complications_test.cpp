@@ -61,7 +61,7 @@ std::string refused(const script::Complicate& c) {
 
 TEST(Complications, ThatTheVesselsCannotHaveAreRefusedWithWhatTheyCan) {
     test::expect_said(refused({ComplicationKind::Spasm, "tub", 45, 16, 60}),
-                      "expected a branch of small, found 'tub' (is 'tube' meant?); branches are tube");
+                      "expected a branch of small, found 'tub' (did you mean 'tube'?); branches are tube");
     test::expect_said(refused({ComplicationKind::Spasm, "tube", 200, 16, 60}),
                       "from the origin of tube, found 200 mm");
     Exercise segments(

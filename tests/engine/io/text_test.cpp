@@ -34,7 +34,11 @@ TEST(Text, NearestWordForgivesSlipsOnly) {
     EXPECT_EQ(nearest_word("advnce", words), "advance");
     EXPECT_EQ(nearest_word("rot", words), "rotate");
     EXPECT_EQ(nearest_word("fly", words), "");
-    EXPECT_EQ(suggestion("rot", words), " (is 'rotate' meant?)");
+    EXPECT_EQ(suggestion("rot", words), " (did you mean 'rotate'?)");
+    EXPECT_EQ(suggestion("ROTATE", words), " (did you mean 'rotate'?)");
+    const std::string_view devices[] = {"cobra4f", "glide035", "cobra5f", "pigtail5f"};
+    EXPECT_EQ(suggestion("cobra", devices), " (did you mean 'cobra4f' or 'cobra5f'?)");
+    EXPECT_EQ(suggestion("xyz", devices), "");
     EXPECT_EQ(suggestion("fly", words), "");
     constexpr std::array<std::string_view, 2> vessels = {"LM+LAD", "LCX"};
     EXPECT_EQ(nearest_word("LAD", vessels), "LM+LAD");

@@ -78,7 +78,7 @@ TEST(Guide, ReadingRefusesAnUnknownActionAndNamesThoseThereAre) {
     };
     EXPECT_EQ(said("practise = [\"advance\"]\ntext = \"push\"\n"), "");
     const std::string wrong = said("practise = [\"advanze\"]\ntext = \"push\"\n");
-    for (const char* words : {"'advanze'", "is 'advance' meant?", "inject_by_pump", "reach_target"})
+    for (const char* words : {"'advanze'", "did you mean 'advance'?", "inject_by_pump", "reach_target"})
         EXPECT_NE(wrong.find(words), std::string::npos) << words << " in " << wrong;
     EXPECT_NE(said("practise = []\ntext = \"push\"\n").find("one or more"), std::string::npos);
     EXPECT_NE(said("text = \"push\"\n").find("practise"), std::string::npos);

@@ -110,7 +110,7 @@ TEST_F(ExerciseFoldersTest, DevicesVesselsAndListsAreNoExercises) {
 
 TEST_F(ExerciseFoldersTest, AnUnknownNameIsAnsweredWithThoseThereAreAndWhere) {
     put("a/mine.toml");
-    expect_refusal([&] { with({"a"}).find("mina"); }, "is 'mine' meant?");
+    expect_refusal([&] { with({"a"}).find("mina"); }, "did you mean 'mine'?");
     expect_refusal([&] { with({"a"}).find("mina"); }, (folder / "a").string());
     expect_refusal([&] { with({"a"}).find("../a/mine"); }, "no such scenario");
     expect_refusal([&] { with({}).find("mine"); }, "--exercises FOLDER");

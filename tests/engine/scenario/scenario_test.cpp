@@ -176,7 +176,7 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
 TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
     const std::string text = refusal_of("device =", "devise =");
     test::expect_said(text, "small.toml:13:1: unknown key 'devise' in [guidewire]");
-    test::expect_said(text, "is 'device' meant?");
+    test::expect_said(text, "did you mean 'device'?");
     test::expect_said(text, "tip_rigidity_N_mm2");
 }
 

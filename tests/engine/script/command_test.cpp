@@ -262,7 +262,7 @@ TEST(Command, EveryWholeDegreeReadsBackToTheSameBits) {
 
 TEST(Command, UnknownCommandIsRefusedWithItsPlaceAndTheCommandsThereAre) {
     const std::string text = refusal_of("0 beam on\n5 advanse 3 mm\n");
-    EXPECT_EQ(text.find("x.gw:2:3: unknown command 'advanse' (is 'advance' meant?)"), 0u) << text;
+    EXPECT_EQ(text.find("x.gw:2:3: unknown command 'advanse' (did you mean 'advance'?)"), 0u) << text;
     test::expect_said(text, "withdraw");
 }
 
@@ -274,7 +274,7 @@ TEST(Command, NumbersThatAreNotFiniteAreRefused) {
 
 TEST(Command, LinesThatCannotBeAreRefusedWithWhatIsAccepted) {
     EXPECT_EQ(refusal_of("5 advance 3 cm"), "x.gw:1:13: 'cm' was found; expected the unit 'mm'");
-    EXPECT_EQ(refusal_of("5 advance 3"), "x.gw:1:12: the line ends here; expected the unit 'mm'");
+    EXPECT_EQ(refusal_of("5 advance 3"), "x.gw:1:12: the unit is missing: '3 mm'");
     EXPECT_EQ(refusal_of("5 beam on\n4 beam off\n"),
               "x.gw:2:1: '4' was found; frames must be in order; expected 5 or later");
     EXPECT_EQ(refusal_of("0 advance 1e9 mm"),

@@ -61,14 +61,14 @@ TEST(VesselFile, TellsWhatIsWrongAndWhere) {
     test::expect_said(refusal_of("schema = 1", "schema = "), "vessels/x.toml:1:");
     test::expect_said(refusal_of("at_mm = 12", "at_mm = \"far\""), "x.toml:8:9: [branch 2] at_mm = ");
     test::expect_said(refusal_of("at_mm = 12", "at_m = 12"),
-                      "unknown key 'at_m' in [branch 2] (is 'at_mm' meant?)");
+                      "unknown key 'at_m' in [branch 2] (did you mean 'at_mm'?)");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0]"), "x.toml:4:");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, nan]"),
                       "expected four numbers x, y, z and radius");
     test::expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
     test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
     test::expect_refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); },
-                         "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
+                         "x.toml:2:10: 'lac' is not a preset (did you mean 'lca'?)");
     test::expect_refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); },
                          "a section [[branch]] is missing");
     test::expect_refusal([] { load_vessel_file("/nowhere/x.toml"); }, "no such vessel tree can be read");
@@ -113,7 +113,7 @@ TEST(VesselFile, SaysWhoThePatientIs) {
     test::expect_refusal([&] { read("sex = \"x\"\n"); }, "expected f, m");
     test::expect_refusal([&] { read("age = 7\n"); }, "x.toml:3:7: age = ");
     test::expect_refusal([&] { read("height_cm = 1600\n"); }, "expected a number from 135 to 215");
-    test::expect_refusal([&] { read("weight = 60\n"); }, "is 'weight_kg' meant?");
+    test::expect_refusal([&] { read("weight = 60\n"); }, "did you mean 'weight_kg'?");
     test::expect_refusal(
         [&] {
             std::string text = good;

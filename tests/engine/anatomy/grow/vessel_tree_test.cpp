@@ -125,7 +125,7 @@ TEST(VesselTree, RefusesWhatCannotBeAVessel) {
                    [](auto& s) { s.branches[1].at = 40; });
     expect_no_tree(small_tree(), "starts with a radius of 3.00 mm",
                    [](auto& s) { s.branches[1].knots[0].radius = 3; });
-    expect_no_tree(small_tree(), "(is 'main' meant?)", [](auto& s) { s.stenoses = {{"man", 5, 5, 50}}; });
+    expect_no_tree(small_tree(), "(did you mean 'main'?)", [](auto& s) { s.stenoses = {{"man", 5, 5, 50}}; });
     expect_no_tree(small_tree(), "0 to 90 percent", [](auto& s) { s.stenoses = {{"main", 5, 5, 99}}; });
     expect_no_tree(small_tree(), "there is no branch", [](auto& s) {
         s.branches.clear();
@@ -247,7 +247,7 @@ TEST(VesselTree, OfEveryPresetCanBeGrownForManySeeds) {
 
 TEST(VesselTree, OfAnUnknownPresetIsRefusedWithTheNearest) {
     test::expect_refusal([] { vessel_preset("arch-4"); },
-                         "'arch-4' is not a preset (is 'arch-1' meant?); presets are: arch-1");
+                         "'arch-4' is not a preset (did you mean 'arch-1'?); presets are: arch-1");
 }
 
 TEST(VesselTree, ArchTypesDifferByTheDropOfTheTrunk) {
