@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 
 namespace app {
 
-extern const char* const glossary_page;  // made of docs/glossary.md by the build
+// Made of docs/glossary.md by the build.
+extern const std::map<std::string_view, std::string_view> glossary_page;
 
 namespace {
 
@@ -58,7 +60,7 @@ bool is_part_of_word(char c) {
 }  // namespace
 
 std::vector<GlossaryWord> glossary_words(std::string_view text) {
-    static const std::vector<Name> names = names_of(glossary_page);
+    static const std::vector<Name> names = names_of(glossary_page.at("glossary.md"));
     const std::string low = lower(text);
     std::vector<GlossaryWord> found;
     for (const Name& name : names)

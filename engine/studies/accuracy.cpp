@@ -16,6 +16,7 @@
 #include "engine/studies/plane_wire.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
@@ -49,8 +50,8 @@ struct ExactCase {
     double length = 0;          // [mm]
     std::vector<int> segments;  // the last also serves as the exact curve's guess
     bool has_ends = true;       // otherwise only places far from both ends are compared
-    std::function<ExactStart(int segments, physics::EndCells)> set;
-    std::function<std::vector<AgainstExact>(const physics::Chain&, const physics::LumenWall&)> measure;
+    std::function<ExactStart(int segments, physics::EndCells)> set = {};
+    std::function<std::vector<AgainstExact>(const physics::Chain&, const physics::LumenWall&)> measure = {};
     double exact_residual = 0, exact_step_error = 0;
 };
 
@@ -127,16 +128,15 @@ void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
 }
 
 ExactCase flat_wall() {
-    ExactCase c;
-    c.id = "wall";
-    c.title = "clamped wire on a wall: force";
-    c.text =
+    ExactCase c{
+        "wall",
+        "clamped wire on a wall: force",
         fmt::format("20 mm of wire clamped at 0.6 rad to a flat wall {:g} mm away, on which its tip slides",
-                    flat_wall_height);
-    c.headline = "force";
-    c.look = "lc rgb '#D55E00'";
-    c.length = 20;
-    c.segments = {5, 10, 20, 40, 80};
+                    flat_wall_height),
+        "force",
+        "lc rgb '#D55E00'",
+        20,
+        {5, 10, 20, 40, 80}};
     c.set = [](int n, EndCells ends) {
         const auto tangent = [](double s) { return heading(0.6 * (1 - 0.8 * s / 20)); };
         return ExactStart{
@@ -152,17 +152,15 @@ ExactCase flat_wall() {
 }
 
 ExactCase bent_tube() {
-    ExactCase c;
-    c.id = "bent tube";
-    c.title = "wire through a bent tube: farthest joint";
-    c.text = fmt::format(
-        "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
-        "outer wall",
-        bent_radius, bend);
-    c.headline = "farthest joint";
-    c.look = "lc rgb '#0072B2'";
-    c.length = 60;
-    c.segments = {15, 30, 60, 120, 240};
+    ExactCase c{"bent tube",
+                "wire through a bent tube: farthest joint",
+                fmt::format("60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, "
+                            "the tip on its outer wall",
+                            bent_radius, bend),
+                "farthest joint",
+                "lc rgb '#0072B2'",
+                60,
+                {15, 30, 60, 120, 240}};
     c.set = [](int n, EndCells ends) {
         const auto tangent = [](double s) { return heading(s / bend); };
         return ExactStart{std::make_unique<BentTube>(bend, 2.7, bent_radius, for_tip(bent_stiffness, ends)),
@@ -180,14 +178,13 @@ ExactCase bent_tube() {
 }
 
 ExactCase weight(const char* id, double load, const char* how, const char* look) {
-    ExactCase c;
-    c.id = id;
-    c.text = fmt::format("40 mm of wire clamped level, far from any wall, under {:g} N/mm: {}", load, how);
-    c.title = fmt::format("{}: tip", id);
-    c.headline = "tip";
-    c.look = look;
-    c.length = 40;
-    c.segments = {25, 50, 100, 200, 400};
+    ExactCase c{id,
+                fmt::format("{}: tip", id),
+                fmt::format("40 mm of wire clamped level, far from any wall, under {:g} N/mm: {}", load, how),
+                "tip",
+                look,
+                40,
+                {25, 50, 100, 200, 400}};
     c.set = [load](int n, EndCells ends) {
         ExactStart s{
             std::make_unique<physics::TubeWall>(geometry::Polyline{{-50, 0, 0}, {90, 0, 0}}, 80.0, 1.0),
@@ -213,19 +210,17 @@ Vec3 push_from(const std::vector<physics::WallContact>& contacts, int joint) {
 }
 
 ExactCase helix() {
-    ExactCase c;
-    c.id = "helix";
-    c.title = "helix in a cylinder: axial force";
-    c.text = fmt::format(
-        "200 mm of wire held short in a straight closed tube of radius {:g} mm, where it lies as a helix at "
-        "about {:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r "
-        "those of its joints",
-        helix_radius, helix_pitch);
-    c.headline = "axial force";
-    c.look = "lc rgb '#009E73'";
-    c.length = 200;
-    c.segments = {50, 100, 200, 400, 800};
-    c.has_ends = false;
+    ExactCase c{"helix",
+                "helix in a cylinder: axial force",
+                fmt::format("200 mm of wire held short in a straight closed tube of radius {:g} mm, where it "
+                            "lies as a helix at about {:g} rad to the axis; in the middle quarter F = 2EI "
+                            "sin²a cos a/r², w = EI sin⁴a/r³, a and r those of its joints",
+                            helix_radius, helix_pitch),
+                "axial force",
+                "lc rgb '#009E73'",
+                200,
+                {50, 100, 200, 400, 800},
+                false};
     c.set = [](int n, EndCells ends) {
         const double turn = std::sin(helix_pitch) / helix_radius;
         const auto tangent = [=](double s) {
@@ -256,18 +251,17 @@ ExactCase helix() {
 }
 
 ExactCase arc() {
-    ExactCase c;
-    c.id = "arc";
-    c.title = "arc in a bent tube: bending moment";
-    c.text = fmt::format(
-        "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
-        "in the middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
-        arc_radius, arc_bend_radius);
-    c.headline = "moment";
-    c.look = "lc rgb '#CC79A7'";
-    c.length = 188;
-    c.segments = {47, 94, 188, 376, 752};
-    c.has_ends = false;
+    ExactCase c{"arc",
+                "arc in a bent tube: bending moment",
+                fmt::format("188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, "
+                            "along its outer wall; in the middle M = EI/ρ and w = C/ρ, C the wire's "
+                            "compression and ρ the radius of its joints",
+                            arc_radius, arc_bend_radius),
+                "moment",
+                "lc rgb '#CC79A7'",
+                188,
+                {47, 94, 188, 376, 752},
+                false};
     c.set = [](int n, EndCells ends) {
         // From the axis to the outer wall in 20 mm, then along it.
         const auto tangent = [](double s) {
@@ -312,17 +306,16 @@ physics::Device uniform_device(double rigidity, double inserted) {
 ExactCase nested_rods(const char* id, double apart, const char* look) {
     constexpr double inner_length = 120, outer_length = 80 + 4.0 / 3;
     constexpr double inner_rigidity = 60, outer_rigidity = 150, inner_bend = 1.0 / 50, outer_bend = 1.0 / 67;
-    ExactCase c;
-    c.id = id;
-    c.title = fmt::format("{}: farthest joint", id);
-    c.text = fmt::format(
-        "{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another (EI {:g} N·mm², {:g} "
-        "mm), free, their planes {:g}° apart",
-        inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity, 1 / outer_bend, apart);
-    c.headline = "farthest joint";
-    c.look = look;
-    c.length = inner_length;
-    c.segments = {30, 60, 120, 240, 480};
+    ExactCase c{id,
+                fmt::format("{}: farthest joint", id),
+                fmt::format("{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another "
+                            "(EI {:g} N·mm², {:g} mm), free, their planes {:g}° apart",
+                            inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity,
+                            1 / outer_bend, apart),
+                "farthest joint",
+                look,
+                inner_length,
+                {30, 60, 120, 240, 480}};
     const double roll = apart * geometry::degree;
     c.set = [roll](int n, EndCells ends) {
         std::vector<physics::Device> devices = {uniform_device(inner_rigidity, inner_length),
@@ -361,17 +354,15 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
 
 ExactCase ahead_of_a_catheter() {
     constexpr double length = 60, covered = 124.0 / 3, load = 1e-3, wire = 6, catheter = 200;
-    ExactCase c;
-    c.id = "wire ahead";
-    c.title = "wire ahead of a catheter: tip";
-    c.text = fmt::format(
-        "{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), clamped level, under "
-        "{:g} N/mm",
-        length, wire, covered, catheter, load);
-    c.headline = "tip";
-    c.look = "lc rgb '#44AA99'";
-    c.length = length;
-    c.segments = {15, 30, 60, 120, 240};
+    ExactCase c{"wire ahead",
+                "wire ahead of a catheter: tip",
+                fmt::format("{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), "
+                            "clamped level, under {:g} N/mm",
+                            length, wire, covered, catheter, load),
+                "tip",
+                "lc rgb '#44AA99'",
+                length,
+                {15, 30, 60, 120, 240}};
     c.set = [](int n, EndCells ends) {
         ExactStart s =
             nested_start({uniform_device(wire, length), uniform_device(catheter, covered)}, n, ends);
@@ -472,47 +463,26 @@ Cost cost_of(const ExactCase& c, const Contender& contender, int segments, int c
 }
 
 io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contender>& list, int cycles) {
-    io::Plot plot{"accuracy", "", 1300, 780};
-    plot.commands =
-        "set multiplot layout 1,2\nset logscale xy\nset format y '10^{%L}'\nset grid lc rgb '#cccccc'\n"
-        "set bmargin 18\nset key below left Left reverse maxrows 8 samplen 3 width -2\n"
-        "set title 'Error against the length of the segments'\nset xlabel 'λ [mm]'\n"
-        "set ylabel 'error over what is exact, of places over the length of the wire'\n"
-        "set xrange [0.08:5]\nset yrange [3e-9:1]\nset xtics (0.1, 0.2, 0.5, 1, 2, 4)\nplot ";
+    TemplateRows errors;
     for (const ExactCase& c : cases)
         for (const EndCells ends : rule_table) {
             if (ends == EndCells::Paper && !c.has_ends) continue;
             const bool half = ends == EndCells::Half;
-            plot.curve(fmt::format(
-                "'accuracy.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' && strcol(3) eq '{}' ? "
-                "$5 : 1/0):8 with linespoints {} {} {}",
-                c.id, c.headline, word(ends), c.look, half ? "pt 7 ps 0.8 lw 2" : "pt 6 ps 0.8 dt '- '",
-                half ? fmt::format("title '{}'", c.title) : std::string("notitle")));
+            errors.push_back({{"case", c.id},
+                              {"quantity", c.headline},
+                              {"clamp", word(ends)},
+                              {"look", c.look},
+                              {"points", half ? "pt 7 ps 0.8 lw 2" : "pt 6 ps 0.8 dt '- '"},
+                              {"title", half ? fmt::format("title '{}'", c.title) : std::string("notitle")}});
         }
-    plot.curve(
-        "(x > 0.3 && x < 3 ? 4e-8*x**2 : 1/0) with lines lc rgb 'black' title 'full lines: half cells; black "
-        "∝ λ²', \\\n     (x > 0.3 && x < 3 ? 0.2*x : 1/0) with lines lc rgb 'black' dt '- ' title 'broken: "
-        "clamp of the paper; black ∝ λ'\n"
-        "set title 'Wire through a bent tube: error against processor time'\n"
-        "set xlabel 'processor time from the axis of the tube to where the method stops [s]'\n"
-        "set ylabel 'farthest joint from the exact curve [mm]'\nset format x '10^{%L}'\nset xtics auto\n"
-        "set autoscale x\nset yrange [2e-5:10]\nplot ");
-    for (const Contender& c : list)
-        plot.curve(fmt::format(
-            "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7 with linespoints {1} ps 0.9 "
-            "title '{0}'",
-            c.name, c.look));
-    plot.curve(fmt::format(
-        "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7:(sprintf('%g mm', $4)) with "
-        "labels left offset 0.8,0.4 font ',9' notitle\nunset multiplot\n",
-        list.front().name));
-    plot.caption = fmt::format(
-        "Left: error of the chain of segments against the exact wire (helix and arc are looked at far from "
-        "the ends, where both rules are the same). Right: the wire through the bent tube, a point for each "
-        "λ, from 4 mm at the left of a line halved from point to point; the global method to rest, the "
-        "paper's methods with the paper's clamp for {} cycles. Down and to the left is better.",
-        cycles);
-    return plot;
+    const auto method = [&](std::size_t k) -> TemplateValues {
+        return {{"method", list[k].name}, {"look", list[k].look}};
+    };
+    return filled_plot("accuracy", 1300, 780,
+                       {{"cases", errors},
+                        {"methods", rows_of(list.size(), method)},
+                        {"first", list.front().name},
+                        {"cycles", cycles}});
 }
 
 }  // namespace
@@ -623,36 +593,27 @@ StudyResult run_accuracy(const StudyOptions& options) {
                  tip_200 <= 2e-5 * 1.1, "the tip sinks by half the wire's length");
     result.plots = {picture(cases, list, cycles)};
 
-    std::string introduction =
-        "A wire is a chain of straight segments with a spring at each joint. Here it is held to the exact "
-        "wire, the elastica, in cases where that is known: from closed forms, or by integrating its "
-        "differential equations (shooting, Runge and Kutta's fourth order in 4000 and 8000 steps), which "
-        "know nothing of the chain. With **half cells** the first and the last joint stand for half of their "
-        "one segment, as all others stand for half of each of their two: EI/(λ/2) at the clamp, half a "
-        "segment's load and wall at the tip. By the **paper's clamp** they stand for a whole one.\n";
-    for (const ExactCase& c : cases) introduction += fmt::format("\n- **{}**: {}.", c.id, c.text);
     double residual = 0, step_error = 0;
-    for (const ExactCase& c : cases)
-        residual = std::max(residual, c.exact_residual),
+    std::string texts;
+    for (const ExactCase& c : cases) {
+        texts += fmt::format("\n- **{}**: {}.", c.id, c.text);
+        residual = std::max(residual, c.exact_residual);
         step_error = std::max(step_error, c.exact_step_error);
-    introduction += fmt::format(
-        "\n\nEI = {:g} N·mm² but for nested rods. The exact curves miss what the tip asks for by {:.0e} N·mm "
-        "and N at most and move by {:.0e} mm when their steps are halved; the chains are at rest to a "
-        "gradient over C of {:.0e}. A tip that alone meets a wall has the same stiffness by either rule and "
-        "in the exact wire, {:g} N/mm on the flat wall and {:g} in the bent tube; helix and arc lie on {:g} "
-        "N/mm for each mm of wire.\n\n{}",
-        exact_rigidity, residual, step_error, at_rest, flat_stiffness, bent_stiffness, per_length,
-        io::to_markdown(orders, 3));
-    introduction += fmt::format(
-        "\nErrors of places are over the length of the wire, all others over the exact number. Where no "
-        "order is given the error is rounding: the wall of an arc balances its compression in a polygon "
-        "too.\n\n### Processor time\n\nThe wire through the bent tube, from the tube's axis: the global "
-        "method until it is at rest (the median of nine starts), the paper's methods for {} cycles; the "
-        "paper takes a wire for at rest after 200, though fewer may do. A segment's length sets how near a "
-        "method can come; the clamp, how fast it comes nearer as segments shrink.\n\n{}",
-        cycles, io::to_markdown(race, 3));
+    }
+    result.page = filled_page("accuracy",
+                              {{"cases", texts},
+                               {"rigidity", exact_rigidity},
+                               {"residual", residual},
+                               {"step_error", step_error},
+                               {"at_rest", at_rest},
+                               {"flat", flat_stiffness},
+                               {"bent", bent_stiffness},
+                               {"per_length", per_length},
+                               {"orders", io::to_markdown(orders, 3)},
+                               {"cycles", cycles},
+                               {"race", io::to_markdown(race, 3)}},
+                              result, options);
     result.tables = {std::move(errors), std::move(orders), std::move(race)};
-    result.page = claims_page("accuracy", "How exact is a wire of segments?", introduction, result, options);
     return result;
 }
 

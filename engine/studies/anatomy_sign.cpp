@@ -269,19 +269,6 @@ void add_signs(io::Table& table, std::string_view preset, const StudyOptions& op
     }
 }
 
-std::string sign_text() {
-    return "\n## Inside or outside\n\nThe walls of a simulation, for a wire of no thickness, against the "
-           "sign of the implicit surface at random places up to 1 mm outside the vessels and more than 0.1 "
-           "mm from their wall; at carinas within 0.5 mm of the walls of both limbs. The time is that of a "
-           "joint, whose station is known. Both walls turn triangles as they need them; an anatomy file "
-           "whose mesh is inside out or turned in part is refused all the same, and import orients it "
-           "first.\n\nPast an open end contacts are counted up to 20 mm, within the lumen gone on straight "
-           "and, beyond 10 mm, up to twice its radius. Outside the lumen gone on straight a distance field "
-           "touches for 5 mm, and fades over 5 more, so that a tip that looks out does not swing round the "
-           "rim.\n\nCrossings are those of random segments of 1 and 2 mm with both ends inside and a place "
-           "in between more than 0.1 mm outside.\n\n";
-}
-
 TriangleMesh corrupted(const TriangleMesh& mesh, std::uint32_t seed) {
     std::mt19937 random(seed);
     const auto draw = [&] { return random() / 4294967296.0; };

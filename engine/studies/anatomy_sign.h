@@ -17,9 +17,6 @@ namespace studies {
 io::Table sign_table();
 void add_signs(io::Table&, std::string_view preset, const StudyOptions&);
 
-/// What the table's columns mean, for the page.
-std::string sign_text();
-
 /// Damages a mesh as scanners and programs do: of the triangles 1 % are missing, 5 % are turned and 1 % carry
 /// a fin; corners are off by up to 0.01 mm along each axis.
 geometry::TriangleMesh corrupted(const geometry::TriangleMesh&, std::uint32_t seed);

@@ -9,6 +9,7 @@
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/wall/mesh_wall.h"
 
@@ -230,60 +231,33 @@ void claim_ratios(StudyResult& result, const std::vector<CycleCost>& mesh,
 
 /// `most`: the longest cycle, so that all panels have one scale [s].
 io::Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls, double most) {
-    io::Plot plot{"cost", "", 300 * (static_cast<int>(walls.size()) + 1), 460};
-    plot.commands = fmt::format(
-        "set multiplot layout 1,{}\nset style data histograms\nset style histogram rowstacked\nset boxwidth "
-        "0.7\n"
-        "set style fill solid 0.8 noborder\nset grid y lc rgb '#dddddd'\nset yrange [0:{:.3f}]\nset key top "
-        "left\n"
-        "set xlabel 'varied segments M'\nset ylabel 'processor time of a cycle [s]'\nset datafile missing "
-        "NaN\n"
-        "$published << END\n1,{},{}\n2,{},{}\n3,{},{}\nEND\nset title 'published (Table 1)'\n"
-        "plot $published using 2:xtic(1) lc rgb '#E69F00' title 'wall', '' using 3 lc rgb '#56B4E9' title "
-        "'solution'\n"
-        "set ylabel ''\n",
-        walls.size() + 1, 1.25 * most, published_surface[0], published_solution[0], published_surface[1],
-        published_solution[1], published_surface[2], published_solution[2]);
-    for (const WallChoice& choice : walls)
-        plot.commands += fmt::format(
-            "set title '{0}'\nplot '< grep \"^{0},\" cost.csv' using 3:xtic(2) lc rgb '#D55E00' title "
-            "'wall', \\\n"
-            "     '' using 4 lc rgb '#0072B2' title 'solution'\n",
-            choice.name);
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "Processor time of a relaxation cycle, the mean of the first ten, beside the paper's Table 1, which "
-        "is of another machine: {}. In all but the last every joint that moves is asked, as in the paper; "
-        "there only those that may have come to touch. 4M × 4M: solved as the paper prints it, else in 2M "
-        "tangents.",
-        scene.text());
-    return plot;
+    const auto wall = [&](std::size_t k) -> TemplateValues { return {{"wall", walls[k].name}}; };
+    const int count = static_cast<int>(walls.size()) + 1;
+    return filled_plot("cost", 300 * count, 460,
+                       {{"scene", scene.text()},
+                        {"panels", count},
+                        {"top", 1.25 * most},
+                        {"wall1", published_surface[0]},
+                        {"wall2", published_surface[1]},
+                        {"wall3", published_surface[2]},
+                        {"solution1", published_solution[0]},
+                        {"solution2", published_solution[1]},
+                        {"solution3", published_solution[2]},
+                        {"walls", rows_of(walls.size(), wall)}});
 }
 
 io::Plot ratios_plot(const PaperScene& scene, const std::vector<WallChoice>& walls) {
     static constexpr const char* colours[] = {"#0072B2", "#CC79A7", "#009E73", "#E69F00"};
-    io::Plot plot{"cost_ratios", "", 900, 460};
-    plot.commands =
-        "set grid lc rgb '#dddddd'\nset key top left Left reverse\nset xlabel 'varied segments M'\nset "
-        "ylabel 't_M/t_1'\n"
-        "set xrange [0.8:5.2]\nset yrange [0:6]\nset xtics 1\n$published << END\n";
-    for (std::size_t m = 0; m < std::size(published_ratios); ++m)
-        plot.commands += fmt::format("{},{}\n", m + 1, published_ratios[m]);
-    plot.commands +=
-        "END\nplot $published using 1:2 with linespoints pt 7 ps 1.4 dt 2 lw 2 lc rgb 'black' title "
-        "'published: 1.52, 2.67, 4.83'";
-    for (std::size_t k = 0; k < walls.size(); ++k)
-        plot.commands += fmt::format(
-            ", \\\n     '< grep \"^{0},\" cost.csv' using 2:6 with linespoints pt {1} lw 2 lc rgb '{2}' "
-            "title '{0}'",
-            walls[k].name, 4 + k, colours[k % std::size(colours)]);
-    plot.commands += "\n";
-    plot.caption = fmt::format(
-        "Processor time of a cycle with M varied segments over that with one (the paper's Section 3.2): {}. "
-        "The ratio follows what a wall query costs beside a solution: the published wall took as long as the "
-        "solution of M = 1.",
-        scene.text());
-    return plot;
+    const auto ratio = [](std::size_t m) -> TemplateValues {
+        return {{"m", m + 1}, {"ratio", published_ratios[m]}};
+    };
+    const auto wall = [&](std::size_t k) -> TemplateValues {
+        return {{"wall", walls[k].name}, {"point", 4 + k}, {"colour", colours[k % std::size(colours)]}};
+    };
+    return filled_plot("cost_ratios", 900, 460,
+                       {{"scene", scene.text()},
+                        {"published", rows_of(std::size(published_ratios), ratio)},
+                        {"walls", rows_of(walls.size(), wall)}});
 }
 
 }  // namespace
@@ -329,17 +303,21 @@ StudyResult run_cost(const StudyOptions& options) {
     for (const auto& of_wall : costs)
         for (const CycleCost& cost : of_wall) most = std::max(most, cost.surface + cost.solution());
     result.plots = {picture(scene, walls, most), ratios_plot(scene, walls)};
-    result.page = claims_page(
-        "cost", "What a relaxation cycle costs",
-        fmt::format("{}. From the centreline, the mean of the first {} cycles, processor time of one thread. "
-                    "Segments are solved for in 2M tangents, but as the paper prints it, 4M × 4M by LU, "
-                    "where said. The wall's part is that of answering the same questions again, in the same "
-                    "order. Cycles needed are those after which |d_{}| stays within 0.1 mm. Walls: *{}*: {} "
-                    "({} triangles); *{}*: {}; *{}*: {}; *{}*: {}.\n\n{}",
-                    scene.text(), cycles, joint, walls[0].name, walls[0].what, anatomy.lumen.triangles.size(),
-                    walls[1].name, walls[1].what, walls[2].name, walls[2].what, walls[3].name, walls[3].what,
-                    io::to_markdown(table, 3)),
-        result, options);
+    result.page = filled_page("cost",
+                              {{"scene", scene.text()},
+                               {"cycles", cycles},
+                               {"joint", joint},
+                               {"name0", walls[0].name},
+                               {"what0", walls[0].what},
+                               {"triangles", anatomy.lumen.triangles.size()},
+                               {"name1", walls[1].name},
+                               {"what1", walls[1].what},
+                               {"name2", walls[2].name},
+                               {"what2", walls[2].what},
+                               {"name3", walls[3].name},
+                               {"what3", walls[3].what},
+                               {"table", io::to_markdown(table, 3)}},
+                              result, options);
     result.tables = {std::move(table)};
     return result;
 }

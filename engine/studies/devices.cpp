@@ -13,6 +13,7 @@
 #include "engine/studies/plain_wire.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
@@ -497,80 +498,33 @@ void measure(const anatomy::Scene& scene, int pushes, DeviceCost& cost) {
     cost.segments = wire.segments();
 }
 
-io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
-    io::Plot plot{"devices", "", 1100, 1720};
-    plot.commands = "set multiplot layout 4,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
-    plot.commands +=
-        "set title 'Capstan: force of the hand round a bend'\nset xlabel 'bend [deg]'\nset ylabel 'force "
-        "[N]'\n"
-        "set xrange [40:200]\nset yrange [0:*]\nplot ";
-    const std::array<double, 3> capstan_frictions = {0.1, 0.2, 0.3};
-    for (std::size_t k = 0; k < capstan_frictions.size(); ++k)
-        plot.curve(fmt::format(
-            "'devices_capstan.csv' skip 1 using 1:($2 == {} ? $4 : 1/0) with linespoints pt 0 lc rgb '{}' "
-            "title 'μ = {}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb "
-            "'{}' title 'wire'",
-            capstan_frictions[k], devices_colours[k], capstan_frictions[k], capstan_frictions[k],
-            devices_colours[k]));
-    plot.commands +=
-        "\nset key at graph 0.27,0.43\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset "
-        "ylabel 'force of the hand [N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
-    for (std::size_t k = 0; k < frictions.size(); ++k)
-        plot.curve(fmt::format(
-            "'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
-            "= {}'",
-            frictions[k], devices_colours[k], frictions[k]));
-    plot.commands +=
-        "\nset key default top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset "
-        "ylabel 'tip [deg]'\nset xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
-    for (std::size_t k = 0; k < whips.size(); ++k)
-        plot.curve(fmt::format(
-            "'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
-            "'{}'",
-            k, devices_colours[k],
-            whips[k].stiffness == 0 ? std::string("rigid")
-                                    : fmt::format("{:.3f} N mm/rad", whips[k].stiffness)));
-    plot.commands +=
-        "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
-        "y\nset style fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset "
-        "ytics auto\nset yrange [0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, "
-        "'segments' 4, 'catheter' 5, 'all' 6)\nset key default top left\n"
-        "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
-        "skip 1 using ($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\n"
-        "set title 'A pressed shaft is held back along its length'\nset xlabel 'hub [deg]'\nset ylabel 'end "
-        "[deg]'\nset xtics 60\nset ytics 60\nset xrange [0:*]\nset yrange [-10:*]\nset key default top "
-        "left\nplot ";
-    for (std::size_t k = 0; k < held_frictions.size(); ++k)
-        plot.curve(fmt::format(
-            "'devices_held.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
-            "= {}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
-            "'#555555' {}",
-            held_frictions[k], devices_colours[k], held_frictions[k], held_frictions[k],
-            k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle"));
-    plot.commands +=
-        "\nset xtics 90\nset ytics 90\nset xrange [0:360]\nset yrange [0:360]\nset ylabel 'tip [deg]'\n";
-    const auto against_equation = [&](const char* title, const char* table, const char* unit,
-                                      std::span<const double> values) {
-        plot.commands += fmt::format("set title '{}'\nplot ", title);
-        for (std::size_t k = 0; k < values.size(); ++k)
-            plot.curve(fmt::format(
-                "'{0}.csv' skip 1 using ($1 == {1} ? $2 : 1/0):3 with points pt 7 ps 0.4 lc rgb '{2}' "
-                "title '{3}', '' skip 1 using ($1 == {1} ? $4 : 1/0):3 with lines dt 2 lc rgb '#555555' {4}",
-                table, values[k], devices_colours[k], fmt::format(fmt::runtime(unit), values[k]),
-                k + 1 == values.size() ? "title 'equation'" : "notitle"));
-        plot.commands += "\n";
+io::Plot picture(std::span<const double> capstans, std::span<const double> loops,
+                 const std::vector<Whip>& whips) {
+    const auto by_friction = [](std::span<const double> list) {
+        return rows_of(list.size(), [&](std::size_t k) -> TemplateValues {
+            return {{"friction", list[k]}, {"colour", devices_colours[k]}};
+        });
     };
-    against_equation("A curved rod in a curved tube", "devices_snap", "L = {} mm", rod_lengths);
-    against_equation("Curved tubes in each other", "devices_tubes", "L√c = {}", tube_reaches);
-    plot.commands += "unset multiplot\n";
-    plot.caption =
-        "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
-        "back in the sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the "
-        "shaft's stiffness against torsion, and the processor time of half a segment's push at N = 100 and "
-        "more, alone and with a catheter over the wire. Last: shafts that twist segment by segment: one "
-        "pressed on a wall, which friction holds back, a precurved rod in a bend, and two precurved tubes in "
-        "each other, which snap where they are too long.";
-    return plot;
+    const auto beside_exact = [](std::span<const double> list, const char* title) {
+        return rows_of(list.size(), [&](std::size_t k) -> TemplateValues {
+            return {{"value", list[k]},
+                    {"colour", devices_colours[k]},
+                    {"exact", k + 1 == list.size() ? title : "notitle"}};
+        });
+    };
+    const auto whip_row = [&](std::size_t k) -> TemplateValues {
+        const double shaft = whips[k].stiffness;
+        return {{"curve", k},
+                {"colour", devices_colours[k]},
+                {"shaft", shaft == 0 ? std::string("rigid") : fmt::format("{:.3f} N mm/rad", shaft)}};
+    };
+    return filled_plot("devices", 1100, 1720,
+                       {{"capstans", by_friction(capstans)},
+                        {"loops", by_friction(loops)},
+                        {"whips", rows_of(whips.size(), whip_row)},
+                        {"held", beside_exact(held_frictions, "title 'closed form'")},
+                        {"rods", beside_exact(rod_lengths, "title 'equation'")},
+                        {"tubes", beside_exact(tube_reaches, "title 'equation'")}});
 }
 
 }  // namespace
@@ -740,17 +694,15 @@ StudyResult run_devices(const StudyOptions& options) {
         result.claim(fmt::format("pushes and turns with {}: without a certified rest", c.model), 0.0,
                      c.unconverged, c.unconverged == 0, "Of all in the cost's table.");
     }
-    result.plots = {picture(loop_frictions, whips)};
+    result.plots = {picture(capstan_frictions, loop_frictions, whips)};
     result.tables = {std::move(bend),   std::move(in_and_out), std::move(balance),
                      std::move(turned), std::move(price),      std::move(whipped),
                      std::move(works),  std::move(held),       std::move(snaps)};
-    result.page =
-        claims_page("devices", "Friction, torsion and a catheter over the wire",
-                    "A wire that slides, sticks and winds up, alone and in a catheter, against closed forms; "
-                    "and what it costs.\n\n" +
-                        io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]) + "\n" +
-                        io::to_markdown(result.tables[6]),
-                    result, options);
+    result.page = filled_page("devices",
+                              {{"balance", io::to_markdown(result.tables[2])},
+                               {"price", io::to_markdown(result.tables[4])},
+                               {"works", io::to_markdown(result.tables[6])}},
+                              result, options);
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/plain_wire.h"
 #include "engine/studies/resolution.h"
+#include "engine/studies/templates.h"
 
 namespace studies {
 namespace {
@@ -176,22 +177,8 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
 }
 
 io::Plot energy_parts_plot(const EnergyParts& in_pieces, const EnergyParts& smooth) {
-    io::Plot plot{"resolution_parts", "", 1000, 460};
-    plot.commands = fmt::format(
-        "set grid lc rgb '#dddddd'\nset key outside right center Left reverse\nset xlabel 'resolution η = "
-        "N''/N'\nset ylabel 'change of energy over U [%]'\nset xrange [1:3]\n"
-        "plot 'resolution_parts.csv' skip 1 using 1:2 with lines lw 2 lc rgb '#0072B2' title 'bending, "
-        "smooth tube', \\\n     '' skip 1 using 1:4 with lines lc rgb '#56B4E9' title 'bending, in pieces', "
-        "\\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb '#D55E00' title 'wall, smooth tube', \\\n     "
-        "'' skip 1 using 1:5 with lines lc rgb '#E69F00' title 'wall, in pieces', \\\n     100*{}*(1-1/x**2) "
-        "with lines dt 2 lw 2 lc rgb 'black' title 'Eq. 8, its own constant', \\\n     100*{}*(1-1/x) with "
-        "lines dt 3 lw 2 lc rgb 'black' title 'Eq. 16, fitted'\n",
-        in_pieces.eq_8, smooth.upsilon);
-    plot.caption =
-        "Energies of bending and of the wall by themselves (Eqs. 6 to 8 and 16), medians of the offsets. The "
-        "wall's falls and bending's rises by more: Eq. 40 holds for their sum. Same tube and wire as Fig. "
-        "13b.";
-    return plot;
+    return filled_plot("resolution_parts", 1000, 460,
+                       {{"eq_8", in_pieces.eq_8}, {"upsilon", smooth.upsilon}});
 }
 
 }  // namespace studies

@@ -3,11 +3,11 @@
 
 #include "engine/studies/claims.h"
 #include "engine/studies/hands_behaviours.h"
-#include "engine/studies/hands_plots.h"
 #include "engine/studies/hands_published.h"
 #include "engine/studies/hands_realistic.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -109,38 +109,15 @@ void claim_balance(StudyResult& result, const std::vector<ExerciseBalance>& bala
                  others.empty() ? std::string("Hand 1.") : "Hand 1. Not in " + others + ".");
 }
 
-std::string introduction(const io::Table& behaviours, const io::Table& pushes, const io::Table& balance,
-                         const io::Table& slow, int frames) {
-    const auto columns = [](const io::Table& table, std::initializer_list<const char*> names) {
-        io::Table some{"", {}};
-        for (const char* name : names) some.columns.emplace_back(name);
-        for (const auto& row : table.rows) {
-            std::vector<io::TableCell> cells;
-            for (const char* name : names) cells.push_back(row[table.column(name)]);
-            some.add(std::move(cells));
-        }
-        return some;
-    };
-    return fmt::format(
-        "Thirteen manipulations in exercises that ship, with the catalogue's devices. "
-        "Sizes are what the simulation reads. A size counts as inside only "
-        "where the published range is of the same kind of course; no value was chosen by it.\n\n{}\n{}\n"
-        "**What hands feel.** {} frames of hands with the seeds 1 to 3 in all exercises, as these ship: at "
-        "most 60 mm/s and 180 deg/s. The push is that of the device that is fed inward.\n\n{}\n"
-        "**Energy.** Work of the hands in the manipulations above, by the mean of the loads before and after "
-        "each small step. A jump is energy that is lost within an eighth of a step, and not by friction: the "
-        "chain left a rest that is no more for the next.\n\n{}\nThe same of hand 1 in every exercise, its "
-        "frames "
-        "cut into steps of at most 0.25 mm or 2 deg:\n\n{}\n",
-        io::to_markdown(columns(behaviours, {"behaviour", "measured_as", "scenario", "device", "measured",
-                                             "unit", "published_low", "published_high", "verdict"}),
-                        3),
-        io::to_markdown(columns(behaviours, {"behaviour", "published_of", "source", "mark"})), frames,
-        io::to_markdown(
-            columns(pushes, {"scenario", "frames_that_push", "push_p50_N", "push_p95_N", "push_max_N",
-                             "published_low_N", "published_high_N", "shaft_bowed", "not_at_rest"}),
-            2),
-        io::to_markdown(balance, 3), io::to_markdown(slow, 3));
+io::Table columns(const io::Table& table, std::initializer_list<const char*> names) {
+    io::Table some{"", {}};
+    for (const char* name : names) some.columns.emplace_back(name);
+    for (const auto& row : table.rows) {
+        std::vector<io::TableCell> cells;
+        for (const char* name : names) cells.push_back(row[table.column(name)]);
+        some.add(std::move(cells));
+    }
+    return some;
 }
 
 }  // namespace
@@ -170,11 +147,23 @@ StudyResult run_hands(const StudyOptions& options) {
     claim_all(result, runs);
     claim_balance(result, balances);
     result.plots = hand_plots(runs);
-    const std::string text = introduction(behaviours, pushes, balance, slow, frames);
+    result.page = filled_page(
+        "hands",
+        {{"behaviours",
+          io::to_markdown(columns(behaviours, {"behaviour", "measured_as", "scenario", "device", "measured",
+                                               "unit", "published_low", "published_high", "verdict"}),
+                          3)},
+         {"sources", io::to_markdown(columns(behaviours, {"behaviour", "published_of", "source", "mark"}))},
+         {"frames", frames},
+         {"pushes", io::to_markdown(columns(pushes, {"scenario", "frames_that_push", "push_p50_N",
+                                                     "push_p95_N", "push_max_N", "published_low_N",
+                                                     "published_high_N", "shaft_bowed", "not_at_rest"}),
+                                    2)},
+         {"balance", io::to_markdown(balance, 3)},
+         {"slow", io::to_markdown(slow, 3) + "\n"}},
+        result, options);
     result.tables = {std::move(behaviours), std::move(pushes), std::move(balance), std::move(slow),
                      curve_table(runs),     path_table(runs),  vessel_table(runs)};
-    result.page =
-        claims_page("hands", "Do devices answer the hand as they do in life?", text, result, options);
     return result;
 }
 

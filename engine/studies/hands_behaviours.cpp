@@ -2,11 +2,115 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
-#include "engine/studies/hands_catheters.h"
-#include "engine/studies/hands_trial.h"
+#include "physics/wall/past_end.h"
 
 namespace studies {
+
+/// A course, and what is written of it. It begins with the wire turned and fed by long steps, and drawn
+/// there.
+class Trial {
+public:
+    Trial(const StudyOptions&, const Behaviour&);
+
+    HandCourse course;
+    /// Keeps where every device lies now.
+    void draw(const std::string& moment);
+    static constexpr double far_turn = 5 * geometry::degree;
+    /// Steps for the way to where something is measured.
+    void far_steps() { course.feed_step = quick_ ? 1.0 : 0.5; }
+    void fine_steps() { course.feed_step = quick_ ? 0.25 : 0.1; }
+    /// The vessel that holds the place deepest.
+    struct Place {
+        std::string vessel;
+        double along = 0;  // from its start [mm]
+    };
+    Place place_of(const Vec3&) const;
+    std::string vessel_at(const Vec3& x) const { return place_of(x).vessel; }
+    /// The lowest place of a path past the plane at which the aortic root begins [mm].
+    double past_junction(const Polyline&) const;
+    /// Past this is the ventricle: where the cusps' lowest places are, and 2 mm of their wall [mm].
+    double depth_of_root() const;
+    /// How far the end of the path rises again above its lowest place, where that is in the ascending aorta,
+    /// within 90 mm of the root along the vessel; else 0 [mm].
+    double leg_in_ascending_aorta(const Polyline&) const;
+    BehaviourRun finish(double measured, bool appears, const std::string& note,
+                        script::Held shown = script::Held::Wire);
+
+private:
+    BehaviourRun run_;
+    bool quick_;
+};
+
+Trial::Trial(const StudyOptions& options, const Behaviour& behaviour)
+    : course(options, behaviour.scene), quick_(options.quick) {
+    run_.behaviour = behaviour.name, run_.scenario = behaviour.scene.scenario;
+    run_.devices = behaviour.devices, run_.manipulation = behaviour.manipulation;
+    far_steps();
+    const double fine_turn = std::exchange(course.turn_step, far_turn);
+    if (behaviour.turned != 0) course.turn(behaviour.turned);
+    course.turn_step = fine_turn;
+    if (behaviour.fed != 0) course.feed(behaviour.fed);
+    if (behaviour.turned != 0 || behaviour.fed != 0) draw("before");
+}
+
+void Trial::draw(const std::string& moment) {
+    for (const scenario::PlacedDevice& device : course.simulation().devices())
+        if (const Polyline path = course.path(device.role); path.size() > 1)
+            run_.paths.push_back({moment, std::string(script::name_of(device.role)), path});
+}
+
+Trial::Place Trial::place_of(const Vec3& x) const {
+    double deepest = std::numeric_limits<double>::infinity();
+    Place place;
+    for (const geometry::CentrelineBranch& branch : course.simulation().anatomy().branches) {
+        double along = 0;
+        for (std::size_t k = 0; k < branch.points.size(); ++k) {
+            if (k > 0) along += (branch.points[k] - branch.points[k - 1]).norm();
+            if (const double out = (x - branch.points[k]).norm() - branch.radii[k]; out < deepest)
+                deepest = out, place = {branch.name, along};
+        }
+    }
+    return place;
+}
+
+double Trial::leg_in_ascending_aorta(const Polyline& path) const {
+    constexpr double ascending = 90, end = 120;  // [mm]
+    std::size_t lowest = path.size() - 1;
+    double s = 0;
+    for (std::size_t k = path.size() - 1; k > 0 && s < end; --k) {
+        if (path[k].z() < path[lowest].z()) lowest = k;
+        s += (path[k] - path[k - 1]).norm();
+    }
+    const Place at = place_of(path[lowest]);
+    return at.vessel == "aorta" && at.along < ascending ? path.back().z() - path[lowest].z() : 0.0;
+}
+
+double Trial::past_junction(const Polyline& path) const {
+    double past = 0;
+    for (const geometry::OpenEnd& end : course.simulation().anatomy().openings())
+        if (end.goes_on == geometry::Continuation::Root)
+            for (const Vec3& x : path) past = std::max(past, end.beyond(x));
+    return past;
+}
+
+double Trial::depth_of_root() const {
+    constexpr double into_the_wall = 2;  // [mm]
+    for (const geometry::OpenEnd& end : course.simulation().anatomy().openings())
+        if (end.goes_on == geometry::Continuation::Root) return physics::floor_of_root(end) + into_the_wall;
+    return 0;
+}
+
+BehaviourRun Trial::finish(double measured, bool appears, const std::string& note, script::Held shown) {
+    run_.measured = measured, run_.appears = appears, run_.note = note;
+    run_.samples = course.samples();
+    run_.device = course.at(shown);
+    run_.balance = course.balance();
+    run_.vessels = course.simulation().anatomy().branches;
+    return std::move(run_);
+}
+
 namespace {
 
 using geometry::degree;
@@ -128,6 +232,88 @@ BehaviourRun buckling(Trial& trial) {
                                     trial.course.reading().inserted, trial.course.simulation().passes_on()));
 }
 
+/// A stiffer part of the wire comes into the siphon, which takes up the slack of the microcatheter.
+BehaviourRun kick_back(Trial& trial) {
+    HandCourse& course = trial.course;
+    course.feed(50);
+    course.feed(40, Held::Microcatheter);
+    trial.draw("before");
+    const std::size_t first = course.samples().size() - 1;
+    course.begin();
+    course.feed(75, Held::Wire, [&] { return course.last().buckled; });
+    trial.draw("after");
+    const std::size_t device = course.at(Held::Microcatheter);
+    const WayBack back = way_back(course.samples(), device, first);
+    const auto& samples = course.samples();
+    return trial.finish(
+        back.length, back.length > 1,
+        fmt::format("the microcatheter's tip, its hub held; the wire {:.0f} to {:.0f} mm inside",
+                    samples[back.from].devices[0].inserted, samples[back.to].devices[0].inserted),
+        Held::Microcatheter);
+}
+
+BehaviourRun deep_seating(Trial& trial) {
+    HandCourse& course = trial.course;
+    course.begin();
+    const bool bowed =
+        course.feed(112, Held::Catheter, [&] { return course.last().buckled || course.last().refused; });
+    trial.draw("at the end");
+    const HandReading& end = course.reading(Held::Catheter);
+    return trial.finish(end.inserted, end.inserted > 15,
+                        fmt::format("in {}, {} at {:.2f} N", trial.vessel_at(end.tip),
+                                    bowed ? "the shaft bows" : "the way ends", end.push),
+                        Held::Catheter);
+}
+
+BehaviourRun wire_drag(Trial& trial) {
+    HandCourse& course = trial.course;
+    const double inside = course.reading().inserted;
+    course.begin();
+    course.feed(30, Held::Catheter);
+    const double on = course.reading().inserted - inside;
+    course.begin();
+    course.feed(-60, Held::Catheter);
+    trial.draw("after");
+    const double back = course.reading().inserted - inside - on;
+    const double most = std::max(std::abs(on) / 30, std::abs(back) / 60);
+    return trial.finish(
+        most, most > 0.02,
+        fmt::format("the wire goes {:.2f} mm with the catheter in, {:.2f} mm with it out", on, back),
+        Held::Catheter);
+}
+
+/// By the left subclavian artery, as physicians make it. The wire leads into the artery, the catheter follows
+/// until its knee is at the mouth, and the wire goes back below the knee. The artery then holds the tip while
+/// the push with a turn slides the knee down the ascending aorta.
+BehaviourRun reformed_simmons(Trial& trial) {
+    constexpr double into_artery = 100, knee_at_mouth = 70;
+    constexpr double below_knee = 116, twisted = 270 * degree, on = 160;
+    constexpr int parts = 24;
+    HandCourse& course = trial.course;
+    course.turn_step = Trial::far_turn;
+    course.feed(into_artery, Held::All);
+    course.feed(knee_at_mouth, Held::Catheter);
+    course.feed(-below_knee);
+    trial.draw("knee at the mouth");
+    course.begin();
+    double leg = 0, pushed = 0, past = 0;
+    for (int part = 0; part < parts; ++part) {
+        course.turn(twisted / parts, Held::Catheter);
+        course.feed(on / parts, Held::Catheter);
+        const Polyline path = course.path(Held::Catheter);
+        leg = std::max(leg, trial.leg_in_ascending_aorta(path));
+        pushed = std::max(pushed, course.reading(Held::Catheter).push);
+        past = std::max(past, trial.past_junction(path));
+    }
+    trial.draw("at the end");
+    const Trial::Place tip = trial.place_of(course.reading(Held::Catheter).tip);
+    return trial.finish(leg, leg > 15 && past < trial.depth_of_root(),
+                        fmt::format("the tip ends in {}, {:.0f} mm along it, with {:.0f} mm inside; push up "
+                                    "to {:.2f} N; 65 mm in the catalogue's shape",
+                                    tip.vessel, tip.along, course.reading(Held::Catheter).inserted, pushed),
+                        Held::Catheter);
+}
+
 /// The hub is drawn back until the tip has moved by a millimetre.
 BehaviourRun release(Trial& trial) {
     HandCourse& course = trial.course;
@@ -160,9 +346,9 @@ BehaviourRun root_loop(Trial& trial) {
     trial.draw("at the end");
     return trial.finish(
         width > 0 ? width : std::nan(""), width > 0 && past < trial.depth_of_root(),
-        fmt::format("with {:.0f} mm inside, its turn {:.0f} mm below the sinotubular junction; "
-                    "push up to {:.2f} N",
-                    inside, past, largest_push(course)));
+        fmt::format(
+            "with {:.0f} mm inside, its turn {:.0f} mm below the sinotubular junction; push up to {:.2f} N",
+            inside, past, largest_push(course)));
 }
 
 BehaviourRun straightening(Trial& trial) {
@@ -203,9 +389,8 @@ const Behaviour all[] = {
     {.name = "wind-up",
      .scene = {"cerebral"},
      .devices = "floppy014",
-     .manipulation =
-         "57 mm on, into the first part of the middle cerebral artery, then the hub is turned by a "
-         "turn to and fro, three times",
+     .manipulation = "57 mm on, into the first part of the middle cerebral artery, then the hub is turned by "
+                     "a turn to and fro, three times",
      .fed = 57,
      .make = wind_up},
     {.name = "stick-slip",
@@ -261,9 +446,9 @@ const Behaviour all[] = {
                 {"catheter.inserted_mm", "155"}}},
      .devices = "glide035 in simmons2-5f",
      .manipulation =
-         "from the descending aorta, 71 mm of wire ahead: both 100 mm on, the wire into the left "
-         "subclavian artery; the catheter 70 mm over it, until its knee is at the mouth; the wire "
-         "116 mm back, below the knee; then the catheter 160 mm on while it is turned by 270 deg",
+         "from the descending aorta, 71 mm of wire ahead: both 100 mm on, the wire into the left subclavian "
+         "artery; the catheter 70 mm over it, until its knee is at the mouth; the wire 116 mm back, below "
+         "the knee; then the catheter 160 mm on while it is turned by 270 deg",
      .make = reformed_simmons},
     {.name = "root loop",
      .scene = {"coronary"},

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/plot.h"
+#include "engine/io/table.h"
 #include "engine/studies/hands_course.h"
 
 namespace studies {
@@ -59,5 +61,16 @@ WayBack way_back(std::span<const HandSample>, std::size_t device, std::size_t fi
 /// Distance across the first loop of the path, `behind` its farthest point in the direction that it came
 /// from; not a number where the path nowhere comes back so far [mm].
 double loop_width(const Polyline&, const Vec3& direction, double behind);
+
+/// Every sample, or of long courses some and all that jump: the device that the behaviour is about, and the
+/// energies.
+io::Table curve_table(std::span<const BehaviourRun>);
+/// Where devices lie at the moments that were kept.
+io::Table path_table(std::span<const BehaviourRun>);
+/// Balls inscribed in the vessels, for an outline.
+io::Table vessel_table(std::span<const BehaviourRun>);
+
+/// A picture for each behaviour, and one of all sizes beside the published ranges.
+std::vector<io::Plot> hand_plots(std::span<const BehaviourRun>);
 
 }  // namespace studies

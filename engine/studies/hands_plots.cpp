@@ -1,10 +1,10 @@
-#include "engine/studies/hands_plots.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/studies/hands_behaviours.h"
 #include "engine/studies/hands_published.h"
+#include "engine/studies/templates.h"
 
 namespace studies {
 namespace {
@@ -96,9 +96,8 @@ std::string band(const Curve& c, const PublishedSize& p, const io::Table& table)
     }
     return fmt::format(
         "set object 1 rectangle from graph 0, first {:g} to graph 1, first {:g} fc rgb '#009E73' fs "
-        "transparent "
-        "solid 0.15 noborder behind\nset label 1 'published {:g} to {:g}' at graph 0.02, first {:g} offset "
-        "0,0.8 tc rgb '#00704f'\n",
+        "transparent solid 0.15 noborder behind\nset label 1 'published {:g} to {:g}' at graph 0.02, first "
+        "{:g} offset 0,0.8 tc rgb '#00704f'\n",
         low, high, p.low, p.high, c.band == Curve::Band::BelowTop ? high : low,
         c.band == Curve::Band::BelowTop ? -0.8 : 0.8);
 }
@@ -126,54 +125,55 @@ std::string range_of_drawing(const BehaviourRun& run, int across, int up) {
                        tic_step(high[across] - low[across] + 2 * margin));
 }
 
-/// The devices at the moments that were kept, in the vessels.
-void draw(io::Plot& plot, const BehaviourRun& run, const std::string& view, const std::string& mine) {
-    const int across = view[0] - 'x', up = view[2] - 'x';  // coordinates
-    plot.commands += fmt::format(
-        "unset object 1\nunset label 1\nset key on outside right top vertical noenhanced\nset size ratio "
-        "-1\nset xlabel "
-        "'{} [mm]'\nset ylabel '{} [mm]'\nset title '{}, {}' noenhanced\n{}plot ",
-        view[0], view[2], run.scenario, run.devices, range_of_drawing(run, across, up));
-    plot.curve(
-        fmt::format("'hands_vessels.csv' skip 1 using ({} ? ${} : 1/0):{}:5 with circles fc rgb "
-                    "'#e9d8d4' fs solid noborder title 'vessels'",
-                    mine, 2 + across, 2 + up));
-    const char* colours[] = {"#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
-    for (std::size_t k = 0; k < run.paths.size(); ++k)
-        plot.curve(
-            fmt::format("'hands_paths.csv' skip 1 using ({} && strcol(2) eq '{}' && strcol(3) eq '{}' ? ${} "
-                        ": 1/0):{} with "
-                        "lines lw {} lc rgb '{}' title '{}, {}'",
-                        mine, run.paths[k].moment, run.paths[k].device, 4 + across, 4 + up,
-                        run.paths[k].device == "wire" ? 2.0 : 3.5, colours[k % std::size(colours)],
-                        run.paths[k].device, run.paths[k].moment));
-}
-
 io::Plot picture(const BehaviourRun& run, const io::Table& table) {
     const Curve& c = curve_of(run.behaviour);
     const PublishedSize& p = published_size(run.behaviour);
-    io::Plot plot{"hands_" + slug(run.behaviour), "", 1250, 520};
     const std::string range = p.known() && p.same_kind ? fmt::format("published {:g} to {:g}", p.low, p.high)
                               : p.known() ? fmt::format("of another course {:g} to {:g}", p.low, p.high)
                                           : "no published size";
     const std::string mine = fmt::format("strcol(1) eq '{}'", run.behaviour);
-    plot.commands = fmt::format(
-        "set multiplot layout 1,2 title '{}: {:.3g}{} ({})' noenhanced\nset grid lt 1 lc rgb '#dddddd'\nset "
-        "key "
-        "noenhanced\nset xlabel '{}'\nset ylabel '{}'\nset title 'What the hand does and feels' "
-        "noenhanced\n{}set key off\nplot 'hands_curves.csv' skip 1 using ({} && ${} >= {} && ${} <= {} ? ${} "
-        ": 1/0):{} with lines lw 2 lc rgb '#0072B2'\n",
-        run.behaviour, run.measured, unit_of(p), range, c.x_label, c.y_label, band(c, p, table), mine,
-        column("part"), c.first_chapter, column("part"), c.last_chapter, column(c.x), column(c.y));
-    draw(plot, run, c.view, mine);
-    plot.commands += "\nunset multiplot\n";
-    plot.caption = fmt::format("{}: {}. {}. {}", run.behaviour, p.measure, run.manipulation, run.note);
+    const int across = c.view[0] - 'x', up = c.view[2] - 'x';  // coordinates
+    const char* colours[] = {"#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"};
+    const auto path = [&](std::size_t k) -> TemplateValues {
+        const DrawnPath& drawn = run.paths[k];
+        return {{"moment", drawn.moment},
+                {"device", drawn.device},
+                {"width", drawn.device == "wire" ? 2.0 : 3.5},
+                {"colour", colours[k % std::size(colours)]}};
+    };
+    io::Plot plot = filled_plot("hands_behaviour", 1250, 520,
+                                {{"behaviour", run.behaviour},
+                                 {"measure", p.measure},
+                                 {"manipulation", run.manipulation},
+                                 {"note", run.note},
+                                 {"measured", run.measured},
+                                 {"unit", unit_of(p)},
+                                 {"range", range},
+                                 {"x_label", c.x_label},
+                                 {"y_label", c.y_label},
+                                 {"band", band(c, p, table)},
+                                 {"mine", mine},
+                                 {"part", column("part")},
+                                 {"first", c.first_chapter},
+                                 {"last", c.last_chapter},
+                                 {"x", column(c.x)},
+                                 {"y", column(c.y)},
+                                 {"across", c.view[0]},
+                                 {"up", c.view[2]},
+                                 {"scenario", run.scenario},
+                                 {"devices", run.devices},
+                                 {"drawing_range", range_of_drawing(run, across, up)},
+                                 {"vessel_x", 2 + across},
+                                 {"vessel_y", 2 + up},
+                                 {"path_x", 4 + across},
+                                 {"path_y", 4 + up},
+                                 {"paths", rows_of(run.paths.size(), path)}});
+    plot.name = "hands_" + slug(run.behaviour);
     return plot;
 }
 
 /// Each size over its published range: inside between the lines at 0 and 1.
 io::Plot overview(std::span<const BehaviourRun> runs) {
-    io::Plot plot{"hands", "", 1000, 600};
     std::string rows, tics;
     int y = static_cast<int>(runs.size());
     for (const BehaviourRun& run : runs) {
@@ -190,23 +190,7 @@ io::Plot overview(std::span<const BehaviourRun> runs) {
         if (std::isfinite(at)) rows += fmt::format("{:.4g} {} {}\n", std::clamp(at, -0.6, 1.6), y, kind);
         --y;
     }
-    plot.commands = fmt::format(
-        "$sizes << EOD\n{}EOD\nset datafile separator whitespace\nset grid lt 1 lc rgb '#dddddd'\nset xrange "
-        "[-0.7:1.7]\nset yrange [0.3:{}]\nset ytics noenhanced ({})\nset xtics ('low end' 0, 'high end' "
-        "1)\nset "
-        "xlabel 'size in its published range'\nset object 1 rectangle from 0, graph 0 to 1, graph 1 fc rgb "
-        "'#009E73' fs transparent solid 0.15 noborder behind\nset key outside center bottom vertical maxrows "
-        "2\nset bmargin 8\nset "
-        "title 'What devices do in "
-        "hands, beside published sizes'\nplot $sizes using ($3 == 0 ? $1 : 1/0):2 with points pt 7 ps 1.8 lc "
-        "rgb '#0072B2' title 'of this kind of course', $sizes using ($3 == 1 ? $1 : 1/0):2 with points pt 6 "
-        "ps "
-        "1.8 lw 2 lc rgb '#D55E00' title 'of another course: not counted'\n",
-        rows, runs.size() + 0.7, tics);
-    plot.caption =
-        "Every size of the study in its published range, shaded. A point beyond an end of the axis is as far "
-        "or farther out. Rows without a point have no published size, or did not appear.";
-    return plot;
+    return filled_plot("hands", 1000, 600, {{"sizes", rows}, {"top", runs.size() + 0.7}, {"tics", tics}});
 }
 
 }  // namespace

@@ -64,8 +64,7 @@ const PublishedSize sizes[] = {
      SourceMark::Memory},
     {"wedge", "push that the last 5 mm at the hub add", "N", 0.0154, 0.0556,
      "bench: microwires pushed through analogues of clots, largest force at the proximal end, medians of "
-     "soft "
-     "and of hard ones: an obstacle that yields, as a branch too narrow does not",
+     "soft and of hard ones: an obstacle that yields, as a branch too narrow does not",
      false,
      "\"Can micro-guidewire advancement forces predict clot consistency and location\" (abstract, "
      "infoscience.epfl.ch/entities/publication/fdd98be3-559e-4217-940b-ef16dcb88432)",

@@ -25,7 +25,7 @@ StudyResult run_imaging(const StudyOptions& options) {
     Work work(options, static_cast<int>(parts.size()));
     for (const Part& part : parts) {
         StudyResult own = part.run(options);
-        result.page += own.page;
+        result.page += "\n" + own.page;
         std::move(own.tables.begin(), own.tables.end(), std::back_inserter(result.tables));
         std::move(own.plots.begin(), own.plots.end(), std::back_inserter(result.plots));
         work.tell(std::string(part.what));

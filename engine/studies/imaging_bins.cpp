@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "render/xray/materials.h"
 
 namespace studies {
@@ -130,31 +131,14 @@ io::Table largest_bin_errors(const io::Table& errors) {
     return table;
 }
 
-io::Plot bin_picture() {
-    io::Plot plot{"imaging_bins", "", 980, 480};
-    plot.commands =
-        "set logscale y\nset yrange [1e-5:0.2]\nset grid y\nset style data histogram\n"
-        "set style histogram cluster gap 1\nset style fill solid noborder\nset xtics rotate by -30\n"
-        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 kV'\n"
-        "plot 'imaging_bins_largest.csv' skip 1 using 2:xtic(1) title 'one energy' linecolor '#999999', \\\n"
-        "     '' skip 1 using 3 title 'four of equal signal' linecolor '#E69F00', \\\n"
-        "     '' skip 1 using 4 title 'four Gauss nodes' linecolor '#0072B2', \\\n"
-        "     0.005 with lines linecolor 'black' dashtype 2 title 'figure to reach'\n";
-    return plot;
-}
-
 }  // namespace
 
 StudyResult imaging_bins(const StudyOptions&) {
     io::Table bins = bin_table(), largest = largest_bin_errors(bins);
     StudyResult result;
-    result.page =
-        "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
-        "the full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
-        "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
-        io::to_markdown(largest);
+    result.page = filled_text("imaging_bins", {{"largest", io::to_markdown(largest)}});
     result.tables = {std::move(bins), std::move(largest)};
-    result.plots = {bin_picture()};
+    result.plots = {filled_plot("imaging_bins", 980, 480, {})};
     return result;
 }
 

@@ -13,6 +13,7 @@
 #include "engine/exercise/imaging.h"
 #include "engine/studies/all_hits.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 #include "render/xray/surface_crossings.h"
@@ -323,25 +324,6 @@ void add_balance(io::Table& table, std::string_view preset, const std::vector<re
     table.add({preset, poses - behind, unbalanced, behind, behind_unbalanced, named});
 }
 
-io::Plot closed_form_picture() {
-    io::Plot plot{"imaging_closed_forms", "", 760, 520};
-    plot.commands =
-        "set logscale xy\nset grid\nset key top left\nset xlabel 'facet over radius, h/r'\n"
-        "set ylabel 'mean error of path length [% of radius]'\nset xtics (0.02, 0.05, 0.1, 0.2, 0.5)\nset "
-        "xrange [0.02:0.8]\nset yrange [0.01:20]\n"
-        "plot 1 linecolor '#999999' dashtype 2 title 'figure to reach', \\\n"
-        "     8*x*x linecolor '#bbbbbb' title '∝ h²'";
-    const std::array<std::array<const char*, 2>, 3> series = {
-        {{"sphere", "#0072B2"}, {"cylinder", "#D55E00"}, {"torus", "#009E73"}}};
-    for (const auto& [solid, colour] : series)
-        plot.curve(fmt::format(
-            "'imaging_closed_forms.csv' skip 1 using 3:(strcol(1) eq '{}' ? $4 : 1/0) with linespoints "
-            "pointtype 7 linecolor '{}' title '{}'",
-            solid, colour, solid));
-    plot.commands += "\n";
-    return plot;
-}
-
 }  // namespace
 
 StudyResult imaging_lengths(const StudyOptions& options) {
@@ -368,25 +350,14 @@ StudyResult imaging_lengths(const StudyOptions& options) {
         add_agreement(agreements, preset, layers, arms);
         add_balance(balance, preset, layers, options);
     }
-    result.page =
-        "\n## Path lengths against closed forms\n\nMean of the absolute error over the pixels that see the "
-        "solid, in per cent of its radius, and the order p of the error ∝ hᵖ. Facets are inscribed, `around` "
-        "to a turn; the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
-        "facets](imaging_closed_forms.svg)\n\n" +
-        io::to_markdown(forms.errors) + "\n" + io::to_markdown(forms.slopes) +
-        "\nGenerated vessels as they ship, against the implicit surface that they are cut from:\n\n" +
-        io::to_markdown(vessels) +
-        "\n## Path lengths against a ray tracer\n\nThe same triangles by Embree, every hit of every pixel's "
-        "ray. Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are "
-        "left out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own "
-        "through it.\n\n" +
-        io::to_markdown(agreements) +
-        "\n## Balance\n\nEvery 15° from RAO 120° to LAO 120°, at cranial and caudal 45° and level. A mesh "
-        "that reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
-        io::to_markdown(balance);
+    result.page = filled_text("imaging_lengths", {{"errors", io::to_markdown(forms.errors)},
+                                                  {"slopes", io::to_markdown(forms.slopes)},
+                                                  {"vessels", io::to_markdown(vessels)},
+                                                  {"agreements", io::to_markdown(agreements)},
+                                                  {"balance", io::to_markdown(balance)}});
     result.tables = {std::move(forms.errors), std::move(forms.slopes), std::move(vessels),
                      std::move(agreements), std::move(balance)};
-    result.plots = {closed_form_picture()};
+    result.plots = {filled_plot("imaging_closed_forms", 760, 520, {})};
     return result;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "render/xray/detector.h"
 
 namespace studies {
@@ -144,48 +145,16 @@ io::Table largest_deviations(const io::Table& spectrum) {
     return table;
 }
 
-io::Plot noise_picture() {
-    io::Plot plot{"imaging_noise_spectrum", "", 1100, 460};
-    plot.commands =
-        "set multiplot layout 1,2\nset grid\nset title 'Noise power over that at frequency 0'\n"
-        "set xlabel 'frequency [1/mm]'\nset yrange [0:1.3]\nset key top right\nplot ";
-    const std::array<std::array<const char*, 4>, 4> series = {
-        {{"quanta", "0.586", "#0072B2", "pixel 0.586 mm"},
-         {"quanta", "0.293", "#D55E00", "0.293 mm"},
-         {"quanta", "0.15", "#009E73", "0.15 mm"},
-         {"electronic", "0.293", "#999999", "electronic, 0.293 mm"}}};
-    for (const auto& [what, pixel, colour, title] : series)
-        plot.commands += fmt::format(
-            "'imaging_noise_spectrum.csv' skip 1 using 3:(strcol(1) eq '{}' && $2 == {} ? $4 : 1/0) with "
-            "points pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) "
-            "eq '{}' && $2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
-            what, pixel, colour, title, what, pixel, colour,
-            std::string_view(what) == "electronic" ? "\n" : ", \\\n ");
-    plot.commands +=
-        "set title 'Variance over that of a Poisson count'\nset xlabel 'mean quanta'\nset logscale x\n"
-        "set xrange [0.7:7000]\nset yrange [0.98:1.02]\nunset key\nplot 'imaging_noise.csv' skip 1 using "
-        "1:2:(2*sqrt((2+1/$1)/$4)) with yerrorbars pointtype 7 linecolor '#0072B2', 1.01 with lines "
-        "linecolor '#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
-    return plot;
-}
-
 }  // namespace
 
 StudyResult imaging_noise(const StudyOptions& options) {
     io::Table variance = variance_table(options.quick), spectrum = spectrum_table(options.quick);
     io::Table deviations = largest_deviations(spectrum);
     StudyResult result;
-    result.page =
-        "\n## Noise\n\n![Noise power spectra and variance](imaging_noise_spectrum.svg)\n\nCounts of single "
-        "pixels before the scintillator; bars in the picture are two standard errors.\n\n" +
-        io::to_markdown(variance, 5) +
-        "\nPower along the rows of flat frames against the squared transfer of the scintillator's Gaussian "
-        "(0.18 mm) caught by square pixels; the electronic noise is white. The largest deviation in per cent "
-        "of what is expected, where that is a tenth of the power at frequency 0 or more, and everywhere of "
-        "the latter.\n\n" +
-        io::to_markdown(deviations);
+    result.page = filled_text("imaging_noise", {{"variance", io::to_markdown(variance, 5)},
+                                                {"deviations", io::to_markdown(deviations)}});
     result.tables = {std::move(variance), std::move(spectrum), std::move(deviations)};
-    result.plots = {noise_picture()};
+    result.plots = {filled_plot("imaging_noise_spectrum", 1100, 460, {})};
     return result;
 }
 

@@ -11,6 +11,7 @@
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "render/panel/panel.h"
 #include "render/patient/solids.h"
 #include "render/picture/png.h"
@@ -222,39 +223,6 @@ std::vector<io::TableCell> frame_row(const Room& room, const Meshes& scene, int 
             drawn};
 }
 
-io::Plot imaging_times_picture() {
-    io::Plot plot{"imaging_times", "", 1200, 480};
-    plot.commands =
-        "set multiplot layout 1,2\nset style data histogram\nset style histogram rowstacked\n"
-        "set style fill solid noborder\nset boxwidth 0.7\nset grid y\nset yrange [0:*]\n"
-        "set title 'A frame at a cached pose [ms]'\nset key top left reverse Left\nset xlabel "
-        "'pixels'\nplot ";
-    constexpr std::array<std::array<std::string_view, 2>, 7> stages = {{{"bare image", "#999999"},
-                                                                        {"wire", "#000000"},
-                                                                        {"contrast", "#CC79A7"},
-                                                                        {"quanta", "#0072B2"},
-                                                                        {"scintillator", "#56B4E9"},
-                                                                        {"electronics", "#009E73"},
-                                                                        {"display", "#E69F00"}}};
-    for (std::size_t k = 0; k < stages.size(); ++k)
-        plot.curve(fmt::format("'imaging_frame_ms.csv' skip 1 using {}:xtic(1) title '{}' linecolor '{}'",
-                               k + 2, stages[k][0], stages[k][1]));
-    plot.commands +=
-        "\nset title 'A new pose [ms], by pixels'\nset xlabel 'triangles [1000]'\nset xtics rotate by "
-        "-30\nplot ";
-    constexpr std::array<std::array<std::string_view, 2>, 4> parts = {{{"path lengths", "#0072B2"},
-                                                                       {"beam and display", "#E69F00"},
-                                                                       {"frame", "#999999"},
-                                                                       {"contrast matrix", "#CC79A7"}}};
-    for (std::size_t k = 0; k < parts.size(); ++k)
-        plot.curve(fmt::format(
-            "'imaging_pose_ms.csv' skip 1 using {}:xtic(sprintf('%.0f, %d', $2/1000, int($4))) title '{}' "
-            "linecolor '{}'",
-            k + 5, parts[k][0], parts[k][1]));
-    plot.commands += "\nunset multiplot\n";
-    return plot;
-}
-
 }  // namespace
 
 StudyResult imaging_times(const StudyOptions& options) {
@@ -281,15 +249,11 @@ StudyResult imaging_times(const StudyOptions& options) {
                 {scene.name, triangles_of(scene.layers), pixels, room.pose_change(scope, arm, calls)});
         }
     StudyResult result;
-    result.page =
-        "\n## Times\n\nMedian processor time of all threads [ms]: the generated vessels from groin to "
-        "kidneys, 200 joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer "
-        "by cutting triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
-        "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
-        io::to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
-        io::to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + io::to_markdown(previews, 3);
+    result.page = filled_text("imaging_times", {{"frames", io::to_markdown(frames, 3)},
+                                                {"poses", io::to_markdown(poses, 3)},
+                                                {"previews", io::to_markdown(previews, 3)}});
     result.tables = {std::move(frames), std::move(poses), std::move(previews)};
-    result.plots = {imaging_times_picture()};
+    result.plots = {filled_plot("imaging_times", 1200, 480, {})};
     return result;
 }
 

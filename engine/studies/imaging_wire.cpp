@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "render/xray/materials.h"
 #include "render/xray/wire_image.h"
 
@@ -193,12 +194,7 @@ io::Table wire_table(bool quick) {
 StudyResult imaging_wire(const StudyOptions& options) {
     StudyResult result;
     result.tables = {wire_table(options.quick)};
-    result.page =
-        "\n## Wire\n\nTransmission of a bent wire of 0.89 mm, solid, at the energies of the bins, against 8 "
-        "× 8 rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the "
-        "signal that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the "
-        "sum of 1 − transmission.\n\n" +
-        io::to_markdown(result.tables[0]);
+    result.page = filled_text("imaging_wire", {{"table", io::to_markdown(result.tables[0])}});
     return result;
 }
 

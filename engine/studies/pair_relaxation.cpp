@@ -7,6 +7,7 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_step.h"
 
@@ -164,53 +165,12 @@ void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int f
         fmt::format("The traces are in the ratio {:.3g}.", quadratic_trace));
 }
 
-io::Plot picture(const PaperScene& scene, int farthest) {
-    io::Plot plot{"pair_relaxation", "", 1000, 760};
-    plot.commands = fmt::format(
-        "set multiplot layout 2,1\nset grid lc rgb '#dddddd'\nset xrange [1:{}]\n"
-        "set object 1 rectangle from 10, graph 0 to 20, graph 1 behind fc rgb '#e8f3ec' fs noborder\n"
-        "set label 1 'best separations published' at 15, graph 0.06 center tc rgb '#2d6a4f'\n"
-        "set title 'energy released by two segments together, over that of each alone'\nset ylabel "
-        "'synergy'\n"
-        "set yrange [0:*]\nset key bottom right\n"
-        "plot 'pair_relaxation.csv' skip 1 using 1:2 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#0072B2' "
-        "title 'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with "
-        "lines dt 3 lc rgb 'black' title 'the second adds nothing'\n"
-        "unset label 1\nset title 'how the two turn'\nset xlabel 'separation δ = j − i [segments]'\nset "
-        "yrange [-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
-        "plot 'pair_relaxation.csv' skip 1 using 1:3 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#D55E00' "
-        "title 'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 "
-        "with linespoints pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of "
-        "i'\nunset multiplot\n",
-        farthest);
-    plot.caption = fmt::format(
-        "Double relaxations at every pair of segments of a wire on its way to rest (the paper's Section "
-        "2.3.1, drawn there as Fig. 3): {}.",
-        scene.text());
-    return plot;
-}
-
 /// Tr R₍i,N₎ against Tr A_i along the wire, where it rests.
 io::Table traces_table(const Chain& wire, const SegmentTerms& terms) {
     io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}};
     for (int i = 1; i <= wire.segments(); ++i)
         table.add({i, terms.wall[i].trace(), terms.bending[i].trace()});
     return table;
-}
-
-io::Plot traces_plot(const PaperScene& scene) {
-    io::Plot plot{"pair_relaxation_traces", "", 900, 420};
-    plot.commands =
-        "set grid lc rgb '#dddddd'\nset logscale y\nset xlabel 'segment i'\nset ylabel 'trace [N·mm]'\nset "
-        "key bottom left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb "
-        "'#D55E00' title 'Tr R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb "
-        "'#0072B2' title 'Tr A_i, bending'\n";
-    plot.caption = fmt::format(
-        "Size of the two second-order terms along a wire at rest: R ≫ A, most of all for small i (the "
-        "paper's Section 3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): "
-        "{}.",
-        scene.text());
-    return plot;
 }
 
 }  // namespace
@@ -268,14 +228,14 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     for (int between = 0; between <= 12; ++between)
         add(contacts, between, with_between(every, between, between));
     claim(result, all, size.farthest, by_wall / by_bending, trace_wall / trace_bending);
-    result.plots = {picture(scene, size.farthest), traces_plot(scene)};
-    result.page = claims_page(
-        "pair-relaxation", "Which two segments relax better together",
-        fmt::format("{}. From the centreline the wire makes {} cycles with M = 1; after each of these "
-                    "numbers of cycles, {}, every pair of segments with a contact beyond both is relaxed by "
-                    "Eq. 35 and each of the two by Eq. 17, from the same state, to the minimum of the model.",
-                    scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
-        result, options);
+    result.plots = {
+        filled_plot("pair_relaxation", 1000, 760, {{"scene", scene.text()}, {"farthest", size.farthest}}),
+        filled_plot("pair_relaxation_traces", 900, 420, {{"scene", scene.text()}})};
+    result.page = filled_page("pair-relaxation",
+                              {{"scene", scene.text()},
+                               {"cycles", size.cycles.back()},
+                               {"each", fmt::format("{}", fmt::join(size.cycles, ", "))}},
+                              result, options);
     result.tables = {std::move(table), std::move(contacts),
                      traces_table(rest.wire, segment_terms(scene, rest.wire))};
     return result;

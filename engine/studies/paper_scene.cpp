@@ -85,12 +85,6 @@ double farthest_joint(std::span<const geometry::Vec3> a, std::span<const geometr
     return farthest;
 }
 
-std::string series(const std::string& table, const std::string& series, int x, int y,
-                   const std::string& look) {
-    return fmt::format("'{}.csv' skip 1 using (strcol(1) eq '{}' ? ${} : 1/0):{} {}", table, series, x, y,
-                       look);
-}
-
 int SegmentTerms::touching_between(int i, int j) const {
     return static_cast<int>(std::lower_bound(touching.begin(), touching.end(), j) -
                             std::lower_bound(touching.begin(), touching.end(), i));

@@ -71,11 +71,6 @@ inline double farthest_joint(const physics::Chain& a, const physics::Chain& b) {
     return farthest_joint(a.joints, b.joints);
 }
 
-/// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, with x and y from these
-/// columns.
-std::string series(const std::string& table, const std::string& series, int x, int y,
-                   const std::string& look);
-
 /// [i] is that of segment i; [0] is not used.
 struct SegmentTerms {
     std::vector<geometry::Vec3> pull;           // q = b − s₍i,N₎ [N·mm]

@@ -7,6 +7,7 @@
 #include "engine/studies/quantile.h"
 #include "engine/studies/resolution.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/wire/energy.h"
 
@@ -91,38 +92,9 @@ void measure(Tried& tried, const PaperTubeSizes& size, std::uint64_t seed) {
 }
 
 io::Plot paper_tubes_picture() {
-    io::Plot plot{"paper_tubes", "", 1000, 620};
-    const auto family = [&](const char* name, const char* look, const char* title) {
-        plot.curve(fmt::format(
-            "'paper_tubes.csv' skip 1 using (strcol(1) eq '{}' ? 100*$4 : 1/0):(1000*$9) {} title '{}'", name,
-            look, title));
-    };
-    plot.commands = fmt::format(
-        "set grid lc rgb '#dddddd'\nset logscale xy\nset xlabel 'ΔU/U at η = 3 [%], Fig. 13'\nset ylabel "
-        "'|d| that 95 % of all joints and walls stay below [µm], Fig. 18'\nset key top left Left "
-        "reverse\nset xrange [0.01:10]\nset yrange [0.1:1000]\nset object 1 rectangle from {:.4f},0.1 to "
-        "{:.4f},5 behind fc rgb '#cfe8d5' fs noborder\nset label 1 'published: both' at {:.4f},0.2 center tc "
-        "rgb '#2d6a4f'\nset arrow 1 from 0.01,5 to 10,5 nohead dt 3 lc rgb '#2d6a4f'\nset arrow 2 from "
-        "{:.4f},0.1 to {:.4f},1000 nohead dt 3 lc rgb '#2d6a4f'\n",
-        100 * published_fit.at(3) / 1.15, 100 * published_fit.at(3) * 1.15, 100 * published_fit.at(3),
-        100 * published_fit.at(3), 100 * published_fit.at(3));
-    plot.commands += "plot ";
-    family("bends wider", "with linespoints pt 7 lw 2 lc rgb '#D55E00'",
-           "scene coronary, bends 0.95 to 6 times as wide");
-    family("wall stiffer", "with linespoints pt 5 lw 2 lc rgb '#0072B2'",
-           "tube of Fig. 13, wall 0.1 to 100 times as stiff");
-    family("wall stiffer in sinuous", "with linespoints pt 9 lw 2 lc rgb '#009E73'",
-           "scene sinuous, wall 0.1 to 10 times as stiff");
-    family("bends tighter and wall stiffer", "with points pt 4 lw 2 lc rgb '#56B4E9'",
-           "scene coronary, bends 0.75 to 0.95 and wall 3 to 30 times");
-    family("scene", "with points pt 6 ps 1.6 lw 2 lc rgb '#CC79A7'",
-           "coronary-tight, sharp, tube of Fig. 13 in pieces");
-    plot.commands += "\n";
-    plot.caption =
-        "What a tube has of the paper's Fig. 13 against what it has of its Fig. 18, for the same wire of 175 "
-        "segments: a wall as soft as Section 3.3 implies moves the wire too far for Fig. 18 where it has "
-        "Fig. 13. Only walls ten times as stiff and more lie in the green field, where both hold.";
-    return plot;
+    const double published = 100 * published_fit.at(3);
+    return filled_plot("paper_tubes", 1000, 620,
+                       {{"low", published / 1.15}, {"high", published * 1.15}, {"published", published}});
 }
 
 }  // namespace
@@ -173,13 +145,8 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
             "that of bending; but Tr R over Tr A, 22.7 published, grows with k.",
             100 * best_18));
     result.plots = {paper_tubes_picture()};
-    result.page = claims_page(
-        "paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
-        fmt::format(
-            "Both figures are of one wire of 175 segments, whose tube is not published. Here tubes and "
-            "stiffnesses are tried side by side: for each, the energy at rest with 175 to 525 segments, and "
-            "the wire at rest in {} walls with the random stiffness of Eq. 41 (seed {}).\n\n{}",
-            size.walls, options.seed, io::to_markdown(table, 3)),
+    result.page = filled_page(
+        "paper-tubes", {{"walls", size.walls}, {"seed", options.seed}, {"table", io::to_markdown(table, 3)}},
         result, options);
     result.tables = {std::move(table)};
     return result;

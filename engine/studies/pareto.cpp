@@ -12,8 +12,8 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/pareto_measure.h"
 #include "engine/studies/pareto_methods.h"
-#include "engine/studies/pareto_tables.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -21,39 +21,23 @@ namespace {
 
 constexpr double frame_ms = 1000.0 / 60;  // of a display of 60 frames a second
 
-constexpr const char* log_axes =
-    "set logscale xy\nset format x '10^{%L}'\nset format y '10^{%L}'\nset grid lc rgb '#dddddd'\n"
-    "set datafile missing NaN\nset key off\n";
-
-/// A method's rows of a table of vessel, method, …
-std::string rows(const std::string& table, const std::string& vessel, const std::string& method,
-                 const std::string& x, const std::string& y) {
-    return fmt::format("'{}.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' ? {} : NaN):({})",
-                       table, vessel, method, x, y);
-}
-
-/// One panel for each vessel, the last for the key.
+/// NAME.gp with one panel for each vessel, the last for the key.
 io::Plot panels(const std::string& name, const std::vector<ParetoVessel>& vessels,
-                const std::vector<ParetoMethod>& methods, const std::string& axes,
-                const std::function<std::string(const ParetoVessel&, const ParetoMethod&)>& curve) {
+                const std::vector<ParetoMethod>& methods, TemplateValues values = {}) {
     const int count = static_cast<int>(vessels.size()) + 1, columns = std::min(count, count > 5 ? 4 : 3),
               deep = (count + columns - 1) / columns;
-    io::Plot plot{name, "", 400 * columns, deep == 1 ? 560 : 420 * deep};
-    plot.commands = fmt::format("set multiplot layout {},{}\n{}{}", deep, columns, log_axes, axes);
+    std::string texts;
+    TemplateRows all, lines;
     for (const ParetoVessel& vessel : vessels) {
-        plot.commands += fmt::format("set title '{}'\nplot ", vessel.name);
-        for (const ParetoMethod& method : methods)
-            plot.curve(fmt::format("{} with lines {}", curve(vessel, method), method.look));
-        plot.commands += "\n";
+        texts += " " + vessel.text() + ".";
+        all.push_back({{"vessel", vessel.name}});
     }
-    plot.commands +=
-        "unset logscale\nunset title\nunset xlabel\nunset ylabel\nunset tics\nunset border\nunset grid\n"
-        "unset arrow\nunset label\n"
-        "set yrange [0:1]\nset xrange [0:1]\nset key center center font ',11'\nplot ";
     for (const ParetoMethod& method : methods)
-        plot.curve(fmt::format("-1 with lines {} title '{}'", method.look, method.name));
-    plot.curve("-1 notitle\nunset multiplot\n");
-    return plot;
+        lines.push_back({{"method", method.name}, {"look", method.look}});
+    values.insert(
+        values.end(),
+        {{"deep", deep}, {"columns", columns}, {"vessels", texts}, {"panels", all}, {"methods", lines}});
+    return filled_plot(name, 400 * columns, deep == 1 ? 560 : 420 * deep, values);
 }
 
 struct Label {
@@ -87,17 +71,8 @@ std::string named(std::vector<Label> labels) {
 /// The front page of the studies: time of a push against error at rest, all tubes together, from
 /// pareto_curves.csv. `floors` [mm] are those of the rivals, NaN for others.
 io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& curves,
-                    const std::vector<double>& floors) {
+                    const std::vector<double>& floors, const std::string& caption) {
     constexpr double top = 1.8, bottom = 4e-5;
-    io::Plot plot{"pareto_speed", "", 1150, 720};
-    plot.commands = fmt::format(
-        "{}set xlabel 'processor time of a push, median [ms]' font ',14'\n"
-        "set ylabel 'farthest joint from rest [mm]' font ',14'\nset tics font ',12'\n"
-        "set xrange [0.02:60000]\nset yrange [{}:{}]\nset lmargin 11\nset rmargin 3\n"
-        "set format x '%g'\nset xtics (0.1, 1, 10, 100, 1000)\n"
-        "set arrow from {},graph 0 to {},graph 1 nohead lc rgb '#666666' dt 3 lw 1.5\n"
-        "set label '16.7 ms: 60 frames/s' at {},graph 0.03 left offset 0.6,0 tc rgb '#666666'\n",
-        log_axes, bottom, top, frame_ms, frame_ms, frame_ms);
     std::vector<Label> labels;
     std::string lines;
     for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -114,11 +89,12 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
         }
         labels.push_back(label);
         const auto part = [&](const std::string& condition, const std::string& look) {
-            lines +=
-                fmt::format("{}{} with {} {}", lines.empty() ? "plot " : ", \\\n     ",
-                            rows("pareto_curves", "all tubes", methods[m].name,
-                                 condition.empty() ? "$4" : fmt::format("({} ? $4 : NaN)", condition), "$3"),
-                            condition.empty() ? "lines" : "points", look);
+            lines += fmt::format(
+                "{}'pareto_curves.csv' skip 1 using (strcol(1) eq 'all tubes' && strcol(2) eq '{}' ? {} : "
+                "NaN):($3) with {} {}",
+                lines.empty() ? "plot " : ", \\\n     ", methods[m].name,
+                condition.empty() ? "$4" : fmt::format("({} ? $4 : NaN)", condition),
+                condition.empty() ? "lines" : "points", look);
         };
         part("", methods[m].look);
         const std::string decade = "abs(log10($3)-floor(log10($3)+0.5)) < 0.01";
@@ -126,47 +102,14 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
         part(decade + " && $5 >= 1", "pt 7 ps 0.9 " + colour);
         part(decade + " && $5 < 1", "pt 6 ps 0.9 lw 1.5 " + colour);
     }
-    plot.commands += named(labels);
-    plot.commands += (lines.empty() ? "plot NaN" : lines) + "\n";
-    return plot;
+    return filled_plot("pareto_speed", 1150, 720,
+                       {{"caption", caption},
+                        {"bottom", bottom},
+                        {"top", top},
+                        {"frame_ms", frame_ms},
+                        {"labels", named(labels)},
+                        {"lines", lines.empty() ? "plot NaN" : lines}});
 }
-
-/// The same by tube.
-io::Plot tubes_plot(const std::vector<ParetoVessel>& vessels, const std::vector<ParetoMethod>& methods) {
-    const auto curve = [&](const ParetoVessel& vessel, const ParetoMethod& method) {
-        return rows("pareto_curves", vessel.name, method.name, "$4", "$3");
-    };
-    io::Plot plot =
-        panels("pareto_tubes", vessels, methods,
-               fmt::format("set xlabel 'processor time of a push, median [ms]'\nset ylabel 'farthest joint "
-                           "from rest [mm]'\nset xrange [0.02:3000]\nset yrange [1e-6:1.8]\nset arrow from "
-                           "{0},graph 0 to {0},graph 1 nohead lc rgb '#666666' dt 3\n",
-                           frame_ms),
-               curve);
-    plot.caption =
-        "The same by tube: the median time after which the farthest joint stays within a distance of rest. "
-        "Dotted: 16.7 ms, 60 frames a second. A line ends where less than half of the pushes get nearer.";
-    for (const ParetoVessel& vessel : vessels) plot.caption += " " + vessel.text() + ".";
-    return plot;
-}
-
-/// From the centreline, from pareto.csv.
-io::Plot centreline_plot(const std::vector<ParetoVessel>& vessels, const std::vector<ParetoMethod>& methods) {
-    const auto curve = [&](const ParetoVessel& vessel, const ParetoMethod& method) {
-        return rows("pareto", vessel.name, method.name, "$4", "column(5) > 1e-7 ? column(5) : 1e-7");
-    };
-    io::Plot plot = panels("pareto", vessels, methods,
-                           "set xlabel 'processor time [s]'\nset ylabel 'farthest joint from rest [mm]'\n"
-                           "set yrange [1e-7:30]\n",
-                           curve);
-    plot.caption =
-        "From the centreline to rest: the farthest joint's distance from rest [mm] against processor time "
-        "[s]. Down and to the left is better. The rivals have no wall for meshes.";
-    for (const ParetoVessel& vessel : vessels) plot.caption += " " + vessel.text() + ".";
-    return plot;
-}
-
-constexpr double no_figure = std::numeric_limits<double>::quiet_NaN();
 
 /// Sizes of the study. Work is a share of what each method may do at most.
 struct Scale {
@@ -270,21 +213,15 @@ std::string front_text(const std::vector<ParetoMethod>& methods, const std::vect
                                   : std::string("not even 1 mm"));
         rivals += fmt::format("{}{:.1g}", rivals.empty() ? "" : ", ", floors[m]);
     }
-    const std::string setting = fmt::format(
-        "Speed against accuracy. One segment is inserted into a wire at rest; plotted is the processor time "
-        "after which the farthest joint stays within a distance of the new rest, the median of {} pushes "
-        "spread over {} tube{}: down and to the left is better, and left of the dotted line a push fits into "
-        "a frame. Rest is what the global relaxer certifies to a gradient of 1e-8 of the bending stiffness, "
-        "or the rest of that kind in whose basin a method ends. Points are filled where every push got "
-        "there, hollow where some did not; a line ends where less than half do.",
-        pushes, tubes, tubes == 1 ? "" : "s");
-    return fmt::format(
-        "{} {}; of the paper's methods {} comes nearest, within {:.1g} mm after {} ms, and none of them gets "
-        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: that "
-        "the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they get "
-        "to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order {} mm "
-        "at the full length of the wire (median of the tubes), is about as near as it can come.",
-        setting, own, paper.method, paper.accuracy, two_digits(paper.cpu_ms), others, rivals);
+    return filled_text("pareto_speed", {{"pushes", pushes},
+                                        {"tubes", tubes},
+                                        {"plural", tubes == 1 ? "" : "s"},
+                                        {"own", own},
+                                        {"nearest", paper.method},
+                                        {"accuracy", paper.accuracy},
+                                        {"ms", two_digits(paper.cpu_ms)},
+                                        {"others", others},
+                                        {"rivals", rivals}});
 }
 
 std::string page(const StudyOptions& options, const StudyResult& result, const io::Table& speed,
@@ -292,75 +229,17 @@ std::string page(const StudyOptions& options, const StudyResult& result, const i
                  const std::vector<ParetoMethod>& methods, const std::string& basin) {
     io::Table units{"", {"method", "round", "solve"}};
     for (const ParetoMethod& m : methods) units.add({m.name, m.round, m.solve});
-    return fmt::format(
-        R"(# Speed against accuracy
-
-Generated by `seldinger study pareto{0}`; never edited by hand. Times are processor time of one thread and belong to the
-machine; rounds, wall queries and solves do not.
-
-![Time of a push against error at rest]({1}.svg)
-
-{2}
-
-{3}
-Cells: median time; wall queries and solves up to then; in brackets the share of the pushes that get there where it is not
-all. A time is that of the first look, 15 % of work apart, from which on the error stays within the accuracy.
-Newton methods are looked at after each step, which stops the global relaxer each time and makes it slower than in one go.
-Every method starts with the same joints, those of the rest before the push and one more segment at the tip. The paper's methods spend
-three quarters of their updates in the 60 segments at the tip, as the product does. Errors are those of joints, not of the
-curve: a wire that lies on the right curve and has yet to slide along it counts as not at rest.
-
-## What a round and a solve are
-
-{4}
-## The rivals, and what each cannot reach
-
-They stand in `engine/studies/rivals`, which includes nothing of `physics`: the tube in closed form, energies, contact and
-solvers are their own. All have x_0 and the first direction clamped, half a segment at either end, and the wall's k at each
-node.
-
-- **XPBD**: segments that keep their length exactly, bending 2C sin²(θ/2) and wall as compliant constraints, Gauss–Seidel in
-  substeps, velocities dropped. As published, multipliers start at zero in every substep; then one iteration does not
-  balance the forces, and the rod rests where iterations and step put it, not at the minimum. *Warm-started*, they
-  grow over the substeps, which removes this error and asks for more iterations.
-- **Mass–spring**: axial springs EA/λ, bending springs ½Cθ², dynamic relaxation with masses by Gershgorin's bound (heavier
-  along the wire than across) and critical damping by Rayleigh's quotient.
-- **Beam FEM**: corotational Euler–Bernoulli elements, exact block-tridiagonal tangent, Newton with a diagonal shift where it
-  is not positive definite and a line search on the energy; contacts are those of the last state.
-
-EA is that of a round solid wire of 0.014 in: 16 EI/d² = {5:.0f} N for EI = 50 N·mm². The wire of the paper cannot be
-compressed; one that can is shorter by the axial force over EA times its length, which the sweep below shows: with a tenth
-of EA the rests lie farther apart, with a thousand times EA only the bending's discretisation is left.
-
-The floor is the distance of each rival's end from ours, after long work from our rest of the whole wire. It is a
-difference of models at this λ, not an error of either; that of XPBD as published is mostly what its iterations leave.
-
-{6}
-## Settings that were tried
-
-Pushes on {7}, each with half the work.
-
-{8}
-## By tube
-
-![By tube](pareto_tubes.svg)
-
-## From the centreline
-
-Every method starts with the wire on the centreline. The error is that from the rest to which the method's end leads by a
-slow flow (gradient over C of 1e-9); `basin_mm` in pareto.csv is how far that rest lies from the global relaxer's, at most
-{9} mm.
-
-![Time against error](pareto.svg)
-
-The least time of all methods, and of the paper's:
-
-{10}
-What nothing is both faster and nearer than stands in pareto_front.csv.
-)",
-        options.quick ? " --quick" : "", result.plots.front().name, result.plots.front().caption,
-        io::to_markdown(speed, 3), io::to_markdown(units), round_wire_axial(50), io::to_markdown(floors, 2),
-        "sinuous", io::to_markdown(sweep, 3), basin, io::to_markdown(best, 3));
+    return filled_text("pareto_page", {{"quick", options.quick ? " --quick" : ""},
+                                       {"picture", result.plots.front().name},
+                                       {"caption", result.plots.front().caption},
+                                       {"speed", io::to_markdown(speed, 3)},
+                                       {"units", io::to_markdown(units)},
+                                       {"axial", round_wire_axial(50)},
+                                       {"floors", io::to_markdown(floors, 2)},
+                                       {"sweep", io::to_markdown(sweep, 3)},
+                                       {"basin", basin},
+                                       {"best", io::to_markdown(best, 3)}}) +
+           "\n";
 }
 
 }  // namespace
@@ -492,10 +371,11 @@ StudyResult run_pareto(const StudyOptions& options) {
 
     StudyResult result;
     claim_order(methods, all_tubes, result);
-    result.plots = {speed_plot(methods, curves, floors), tubes_plot(tubes, methods),
-                    centreline_plot(vessels, methods)};
-    result.plots.front().caption =
+    const std::string caption =
         front_text(methods, all_tubes, floors, tubes.size(), all_tubes.front().size());
+    result.plots = {speed_plot(methods, curves, floors, caption),
+                    panels("pareto_tubes", tubes, methods, {{"frame_ms", frame_ms}}),
+                    panels("pareto", vessels, methods)};
     io::Table speed = speed_table(methods, all_tubes, floors);
     result.page = page(options, result, speed, floor_table, sweep, best, methods, basin);
     result.tables = {std::move(speed), std::move(curves),      std::move(all),   std::move(front),

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 #include "engine/io/error.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/vec.h"
 
@@ -30,7 +32,7 @@ struct PublishedFigure {
     double mean, deviation;
     std::optional<anatomy::Sex> sex;  // published for one sex alone
     std::string_view source;          // "estimate" where nothing is published
-    double (*measured)(const anatomy::VesselTree&);
+    std::function<double(const VesselTree&)> measured;
 };
 
 constexpr std::optional<anatomy::Sex> both;
@@ -44,15 +46,18 @@ const SampledBranch& with_part(const VesselTree& tree, const std::string& part) 
 double at(const SampledBranch& branch, double arc) {
     return 2 * branch.radii[branch.sample_at(arc)];
 }
-double start(const VesselTree& tree, const std::string& part) {
-    return 2 * with_part(tree, part).radii.front();
+/// A branch's diameter at its start, its end, or its middle.
+auto start(const char* part) {
+    return [part](const VesselTree& tree) { return 2 * with_part(tree, part).radii.front(); };
 }
-double end(const VesselTree& tree, const std::string& part) {
-    return 2 * with_part(tree, part).radii.back();
+auto end(const char* part) {
+    return [part](const VesselTree& tree) { return 2 * with_part(tree, part).radii.back(); };
 }
-double middle(const VesselTree& tree, const std::string& part) {
-    const SampledBranch& branch = with_part(tree, part);
-    return 2 * branch.radii[branch.radii.size() / 2];
+auto middle(const char* part) {
+    return [part](const VesselTree& tree) {
+        const SampledBranch& branch = with_part(tree, part);
+        return 2 * branch.radii[branch.radii.size() / 2];
+    };
 }
 /// Where a branch leaves its parent [mm].
 double origin(const VesselTree& tree, const std::string& part) {
@@ -87,14 +92,10 @@ double arch_width(const VesselTree& tree) {
 const PublishedFigure figure_list[] = {
     {"arch-1", "ascending aorta [mm]", 34.6, 4.7, both, "Yan, CT of 217",
      [](const VesselTree& t) { return at(t.branches[0], 40); }},
-    {"arch-1", "brachiocephalic trunk [mm]", 12.5, 2.0, both, "Yan",
-     [](const VesselTree& t) { return start(t, "brachiocephalic"); }},
-    {"arch-1", "left common carotid [mm]", 8.3, 1.5, both, "Yan",
-     [](const VesselTree& t) { return start(t, "LCCA"); }},
-    {"arch-1", "left subclavian [mm]", 10.4, 2.2, both, "Yan",
-     [](const VesselTree& t) { return start(t, "LSA"); }},
-    {"arch-1", "internal carotid [mm]", 4.7, 0.7, both, "Baz 2021; spread estimated",
-     [](const VesselTree& t) { return end(t, "LICA"); }},
+    {"arch-1", "brachiocephalic trunk [mm]", 12.5, 2.0, both, "Yan", start("brachiocephalic")},
+    {"arch-1", "left common carotid [mm]", 8.3, 1.5, both, "Yan", start("LCCA")},
+    {"arch-1", "left subclavian [mm]", 10.4, 2.2, both, "Yan", start("LSA")},
+    {"arch-1", "internal carotid [mm]", 4.7, 0.7, both, "Baz 2021; spread estimated", end("LICA")},
     {"arch-1", "arch's plane from sagittal [deg]", 50, 14, both, "Yan",
      [](const VesselTree& t) {
          const SampledBranch& aorta = t.branches[0];
@@ -108,21 +109,16 @@ const PublishedFigure figure_list[] = {
     {"arch-arms", "axillary artery [mm]", 6.0, 1.1, both, "Arnett 2018, CT of 208",
      [](const VesselTree& t) { return at(with_part(t, "Raxillary"), origin(t, "RVA") + 116); }},
     {"arch-arms", "radial artery of men [mm]", 2.68, 0.4, Sex::Male, "Wahood 2022; spread Yoo 2005",
-     [](const VesselTree& t) { return end(t, "Rradial"); }},
+     end("Rradial")},
     {"arch-arms", "radial artery of women [mm]", 2.27, 0.34, Sex::Female, "Wahood 2022; spread Yoo 2005",
-     [](const VesselTree& t) { return end(t, "Rradial"); }},
-    {"lca", "left main of men [mm]", 4.5, 0.5, Sex::Male, "Dodge 1992",
-     [](const VesselTree& t) { return start(t, "LM"); }},
-    {"lca", "left main of women [mm]", 4.1, 0.45, Sex::Female, "Dodge 1992: −9 %",
-     [](const VesselTree& t) { return start(t, "LM"); }},
-    {"lca", "distal LAD of men [mm]", 1.9, 0.4, Sex::Male, "Dodge 1992",
-     [](const VesselTree& t) { return end(t, "LAD"); }},
-    {"lca", "circumflex of men [mm]", 3.4, 0.5, Sex::Male, "Dodge 1992",
-     [](const VesselTree& t) { return start(t, "LCX"); }},
+     end("Rradial")},
+    {"lca", "left main of men [mm]", 4.5, 0.5, Sex::Male, "Dodge 1992", start("LM")},
+    {"lca", "left main of women [mm]", 4.1, 0.45, Sex::Female, "Dodge 1992: −9 %", start("LM")},
+    {"lca", "distal LAD of men [mm]", 1.9, 0.4, Sex::Male, "Dodge 1992", end("LAD")},
+    {"lca", "circumflex of men [mm]", 3.4, 0.5, Sex::Male, "Dodge 1992", start("LCX")},
     {"lca", "LAD and circumflex [deg]", 63, 19, both, "Moon 2018, CT of 201; spread Heart Res Open J 2016",
      [](const VesselTree& t) { return take_off(t, "LCX", 8); }},
-    {"rca", "right coronary of men [mm]", 3.9, 0.6, Sex::Male, "Dodge 1992",
-     [](const VesselTree& t) { return start(t, "RCA"); }},
+    {"rca", "right coronary of men [mm]", 3.9, 0.6, Sex::Male, "Dodge 1992", start("RCA")},
     {"iliac-renal", "infrarenal aorta of men [mm]", 16.5, 1.6, Sex::Male, "16.5 and 14.5; spread Kim 2022",
      [](const VesselTree& t) { return at(t.branches[0], origin(t, "RCIA") - 4); }},
     {"iliac-renal", "infrarenal aorta of women [mm]", 14.4, 1.5, Sex::Female,
@@ -131,41 +127,33 @@ const PublishedFigure figure_list[] = {
     {"iliac-renal", "common iliac of men [mm]", 9.7, 1.4, Sex::Male, "9.7 and 8.5; spread Kim 2022",
      [](const VesselTree& t) { return at(with_part(t, "RCIA"), origin(t, "RIIA") - 40); }},
     {"iliac-renal", "common femoral of men [mm]", 8.5, 1.1, Sex::Male, "Sandgren 1999; spread estimated",
-     [](const VesselTree& t) { return end(t, "LCFA"); }},
+     end("LCFA")},
     {"iliac-renal", "common femoral of women [mm]", 7.9, 1.0, Sex::Female, "Sandgren 1999; spread estimated",
-     [](const VesselTree& t) { return end(t, "LCFA"); }},
-    {"iliac-renal", "left renal [mm]", 5.6, 0.7, both, "CT of 202; spread estimated",
-     [](const VesselTree& t) { return start(t, "LRA"); }},
-    {"iliac-renal", "superior mesenteric [mm]", 5.9, 0.9, both, "5.9; spread estimated",
-     [](const VesselTree& t) { return start(t, "SMA"); }},
-    {"iliac-renal", "coeliac trunk [mm]", 5.9, 0.9, both, "5.9; spread estimated",
-     [](const VesselTree& t) { return start(t, "coeliac"); }},
-    {"iliac-renal", "inferior mesenteric [mm]", 3.1, 0.47, both, "3.1; spread estimated",
-     [](const VesselTree& t) { return start(t, "IMA"); }},
+     end("LCFA")},
+    {"iliac-renal", "left renal [mm]", 5.6, 0.7, both, "CT of 202; spread estimated", start("LRA")},
+    {"iliac-renal", "superior mesenteric [mm]", 5.9, 0.9, both, "5.9; spread estimated", start("SMA")},
+    {"iliac-renal", "coeliac trunk [mm]", 5.9, 0.9, both, "5.9; spread estimated", start("coeliac")},
+    {"iliac-renal", "inferior mesenteric [mm]", 3.1, 0.47, both, "3.1; spread estimated", start("IMA")},
     {"iliac-renal", "coeliac to superior mesenteric [mm]", 15.7, 2.9, both, "PMID 23262554; spread estimated",
      [](const VesselTree& t) { return length_between(t, "coeliac", "SMA"); }},
     {"iliac-renal", "angle of the superior mesenteric [deg]", 50, 16, both, "Jang 2002",
      [](const VesselTree& t) { return take_off(t, "SMA", 4); }},
     {"femoral", "superficial femoral of men [mm]", 6.3, 0.75, Sex::Male, "6.3 and 6.0; spread estimated",
      [](const VesselTree& t) { return at(t.branches[0], origin(t, "LPFA") + 60); }},
-    {"cerebral", "cavernous carotid [mm]", 5.0, 0.6, both, "Rai 2013",
-     [](const VesselTree& t) { return start(t, "ICA"); }},
+    {"cerebral", "cavernous carotid [mm]", 5.0, 0.6, both, "Rai 2013", start("ICA")},
     {"cerebral", "M1 [mm]", 3.1, 0.4, both, "Rai 2013",
      [](const VesselTree& t) { return at(t.branches[0], 0.5 * (origin(t, "A1") + origin(t, "M2inf"))); }},
     {"cerebral", "M2 [mm]", 2.4, 0.4, both, "Rai 2013",
      [](const VesselTree& t) { return at(t.branches[0], origin(t, "M2inf") + 6.6); }},
     {"circle", "A1 [mm]", 2.09, 0.27, both, "Shatri 2017, MRA",
      [](const VesselTree& t) { return at(with_part(t, "LA1"), 8); }},
-    {"circle", "anterior communicating [mm]", 1.5, 0.22, both, "Shatri 2017",
-     [](const VesselTree& t) { return middle(t, "ACOM"); }},
-    {"circle", "posterior communicating [mm]", 1.22, 0.2, both, "Shatri 2017",
-     [](const VesselTree& t) { return middle(t, "LPCOM"); }},
+    {"circle", "anterior communicating [mm]", 1.5, 0.22, both, "Shatri 2017", middle("ACOM")},
+    {"circle", "posterior communicating [mm]", 1.22, 0.2, both, "Shatri 2017", middle("LPCOM")},
     {"circle", "P1 [mm]", 2.1, 0.35, both, "Shatri 2017, Rai 2013",
      [](const VesselTree& t) { return at(with_part(t, "RP1"), 6); }},
     {"circle", "basilar [mm]", 3.3, 0.5, both, "Rai 2013, Shatri 2017",
      [](const VesselTree& t) { return at(with_part(t, "BA"), origin(t, "LSCA") - 12); }},
-    {"circle", "vertebral [mm]", 3.9, 0.8, both, "Rai 2013",
-     [](const VesselTree& t) { return start(t, "LVA"); }},
+    {"circle", "vertebral [mm]", 3.9, 0.8, both, "Rai 2013", start("LVA")},
     {"circle", "length of posterior communicating [mm]", 12.9, 0.9, both, "Shatri 2017",
      [](const VesselTree& t) {
          const SampledBranch& b = with_part(t, "LPCOM");
@@ -259,7 +247,7 @@ void add_surface(io::Table& table, std::string_view preset, int seed, std::vecto
 
 /// A dimension of two patients who differ in one thing, with seed 0.
 double change(std::string_view preset, const anatomy::PatientWish& from, const anatomy::PatientWish& to,
-              double (*measured)(const anatomy::VesselTree&)) {
+              const std::function<double(const VesselTree&)>& measured) {
     return measured(anatomy::grow(anatomy::vessel_preset(preset, 0, to))) -
            measured(anatomy::grow(anatomy::vessel_preset(preset, 0, from)));
 }
@@ -292,37 +280,6 @@ void add_effects(StudyResult& result) {
     result.claim("Redheuil 2011: the arch widens with age", "yes",
                  fmt::format("{:.1f} mm in ten years", wider), wider > 0,
                  "two patients of seed 0 that differ in nothing else");
-}
-
-io::Plot patients_picture() {
-    io::Plot plot{"patients", "", 1250, 900};
-    plot.commands =
-        "set multiplot\nset datafile separator ','\nset grid\n"
-        "set size 1,0.58\nset origin 0,0.42\nset bmargin 14\nset lmargin 14\n"
-        "set title 'Dimensions of 100 patients over the published mean: bars are ± 1 standard deviation'\n"
-        "set xtics rotate by 60 right font ',7'\nset xrange [-1:]\nset yrange [0.4:1.6]\nset key top right "
-        "horizontal\n"
-        "plot 'dimensions.csv' skip 1 using ($0-0.15):(1):($5/$4):xtic(strcol(1).': '.strcol(2)) with "
-        "yerrorbars pointtype 7 pointsize 0.4 linecolor '#999999' title 'published', \\\n"
-        "     '' skip 1 using ($0+0.15):($6/$4):($7/$4) with yerrorbars pointtype 7 pointsize 0.5 linecolor "
-        "'#0072B2' title 'drawn'\n"
-        "set bmargin 3\nset lmargin 8\nset size 0.5,0.42\nset origin 0,0\nunset xtics\nset xtics norotate "
-        "font ',10'\n"
-        "set title 'Correlation of a dimension between consecutive seeds'\n"
-        "set xrange [-1:*]\nset yrange [-1:1]\nset xlabel 'dimension' offset 0,0.5\nset key bottom right\n"
-        "plot 'dimensions.csv' skip 1 using 0:9 with points pointtype 7 pointsize 0.7 linecolor '#D55E00' "
-        "title 'drawn', 0.25 linecolor '#999999' title '±0.25', -0.25 linecolor '#999999' notitle\n"
-        "set origin 0.5,0\nset title 'Ascending aorta [mm] and age [years]'\nset xlabel\nset xrange "
-        "[*:*]\nset yrange [*:*]\nset key top left\n"
-        "plot 'patients.csv' skip 1 using (strcol(2) eq 'f' ? $3 : 1/0):6 with points pointtype 7 linecolor "
-        "'#CC79A7' title 'women', \\\n"
-        "     '' skip 1 using (strcol(2) eq 'm' ? $3 : 1/0):6 with points pointtype 5 linecolor '#0072B2' "
-        "title 'men'\n"
-        "unset multiplot\n";
-    plot.caption =
-        "Drawn vessels against published ones: means and spreads, what consecutive seeds have in common, and "
-        "the patients' ages.";
-    return plot;
 }
 
 }  // namespace
@@ -401,18 +358,16 @@ StudyResult run_patients(const StudyOptions& options) {
         result.claim("surfaces that could not be generated, or cross themselves", 0.0, broken.size(),
                      broken.empty(), broken.empty() ? "" : broken.front());
     add_effects(result);
-    result.plots = {patients_picture()};
-    const std::string introduction =
-        fmt::format(
-            "Patients 1 to {} of every preset: sex, age and size are drawn, and their vessels from the "
-            "published spreads for such a patient. Where a spread is published for one sex, only its "
-            "patients count.\n\n",
-            seeds) +
-        io::to_markdown(validity) + "\n" + io::to_markdown(dimensions, 3) +
-        (surfaces > 0 ? "\nThe surfaces of two of each:\n\n" + io::to_markdown(meshes) : std::string());
+    result.plots = {filled_plot("patients", 1250, 900, {})};
+    const std::string of_surfaces =
+        surfaces > 0 ? "\nThe surfaces of two of each:\n\n" + io::to_markdown(meshes) : "";
+    result.page = filled_page("patients",
+                              {{"seeds", seeds},
+                               {"validity", io::to_markdown(validity)},
+                               {"dimensions", io::to_markdown(dimensions, 3)},
+                               {"surfaces", of_surfaces}},
+                              result, options);
     result.tables = {std::move(validity), std::move(dimensions), std::move(people), std::move(meshes)};
-    result.page = claims_page("patients", "Are the generator's patients those of published populations?",
-                              introduction, result, options);
     return result;
 }
 

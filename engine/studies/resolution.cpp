@@ -11,6 +11,7 @@
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/runs.h"
 #include "engine/studies/study.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/polyline.h"
 
@@ -191,26 +192,16 @@ std::vector<TubeFamily> families(const ResolutionSizes& size) {
     return list;
 }
 io::Plot energy_plot(const std::vector<TubeFamily>& all, const Resolution& resolution) {
-    io::Plot plot{"resolution", "", 1000, 560};
     const std::vector<ResolutionCurve>& main = all[main_family].curves;
-    const Fit fit{quantiles(main, &Fit::c1).median, quantiles(main, &Fit::c2).median, 0};
-    plot.commands = fmt::format(
-        "set grid lc rgb '#dddddd'\nset key bottom right Left reverse box lc rgb '#dddddd' opaque\nset "
-        "xlabel 'resolution η = N''/N'\nset ylabel 'ΔU/U [%]'\nset xrange [1:3]\nset yrange [-0.2:3.2]\n"
-        "plot 'resolution.csv' skip 1 using 2:5:7 with filledcurves fc rgb '#f6d9c4' title 'offsets of the "
-        "pieces, a tenth to nine tenths', \\\n     '' skip 1 using 2:4 with points pt 7 ps 0.45 lc rgb "
-        "'#D55E00' title 'one offset, N'' = {0} to {1}', \\\n     '' skip 1 using 2:8 with lines lw 2 lc rgb "
-        "'#0072B2' title 'smooth tube', \\\n     100*({2}*(1-1/x) + {3}*(1-1/x**2)) with lines lw 2 lc rgb "
-        "'black' title 'fit: c_1 = {2:.4f}, c_2 = {3:.4f} (medians)', \\\n     100*({4}*(1-1/x) + "
-        "{5}*(1-1/x**2)) with lines lw 2 dt 2 lc rgb 'black' title 'published: c_1 = {4}, c_2 = {5}', \\\n   "
-        "  2.5 with lines dt 3 lc rgb '#666666' title 'published: less than 2.5 %'\n",
-        resolution.coarse, resolution.finest, fit.c1, fit.c2, published_fit.c1, published_fit.c2);
-    plot.caption = fmt::format(
-        "Energy at rest against the number of segments (the paper's Fig. 13b): scene coronary, lumen radius "
-        "1 mm, the artery in straight pieces of {:.3g} mm, a wire of {} mm, λ = {} mm/N', EI = 50 N·mm², k = "
-        "{:.3g} N/mm a joint. The tube was chosen by c1 and the value at η = 3, its scatter was not.",
-        published_piece, resolution.coarse, resolution.coarse, 42 * calibrated_stiffness);
-    return plot;
+    return filled_plot("resolution", 1000, 560,
+                       {{"coarse", resolution.coarse},
+                        {"finest", resolution.finest},
+                        {"c1", quantiles(main, &Fit::c1).median},
+                        {"c2", quantiles(main, &Fit::c2).median},
+                        {"published_c1", published_fit.c1},
+                        {"published_c2", published_fit.c2},
+                        {"piece", published_piece},
+                        {"stiffness", 42 * calibrated_stiffness}});
 }
 
 /// The joint of the largest separation, but at the free end, which moves as a whole.
@@ -226,46 +217,18 @@ int farthest_bent(const ResolutionCurve& curve) {
 
 /// The wall's outline, both wires, and a window around their largest separation.
 io::Plot wire_plot(const ResolutionCurve& curve) {
-    io::Plot plot{"resolution_wire", "", 1100, 620};
     const int farthest = farthest_bent(curve);
     const geometry::Vec3 at = curve.coarse.joints[static_cast<std::size_t>(farthest)];
     constexpr double half = 2.4;
-    const auto lines = [&](double point) {
-        return fmt::format(
-            "plot {}, \\\n     {}, \\\n     {}, \\\n     {}\n",
-            series("resolution_wire", "left wall", 2, 3, "with lines lw 1.5 lc rgb '#999999' title 'wall'"),
-            series("resolution_wire", "right wall", 2, 3, "with lines lw 1.5 lc rgb '#999999' notitle"),
-            series("resolution_wire", "coarse", 2, 3,
-                   fmt::format("with linespoints pt 7 ps {} lw 2 lc rgb '#0072B2' title '{} segments'", point,
-                               curve.coarse.segments())),
-            series("resolution_wire", "fine", 2, 3,
-                   fmt::format("with lines lw 1.2 lc rgb '#D55E00' title '{} segments'",
-                               curve.fine.segments())));
-    };
-    plot.commands = fmt::format(
-        "set multiplot\nset size ratio -1\nset origin 0,0\nset size 0.48,1\nset xlabel 'x [mm]'\nset ylabel "
-        "'y [mm]'\nset key top left Left reverse\nset object 9 rectangle from {:.3f},{:.3f} to {:.3f},{:.3f} "
-        "front fs empty border rgb 'black' lw 2\n{}",
-        at.x() - half, at.y() - half, at.x() + half, at.y() + half, lines(0.01));
-    plot.commands += fmt::format(
-        "unset object 9\nset key off\nset origin 0.5,0.42\nset size 0.48,0.58\nset xrange "
-        "[{:.3f}:{:.3f}]\nset yrange [{:.3f}:{:.3f}]\nset title 'the box: joint {}, {:.3f} mm apart'\n{}",
-        at.x() - half, at.x() + half, at.y() - half, at.y() + half, farthest,
-        std::abs(ReferenceCurve(curve.fine.joints).deviation(at)), lines(0.9));
-    plot.commands +=
-        "set size noratio\nset origin 0.49,0\nset size 0.51,0.42\nset autoscale\nset grid lc rgb "
-        "'#dddddd'\nset title 'separation along the wire'\nset xlabel 'joint of the coarse wire'\nset ylabel "
-        "'separation [mm]'\nset y2label 'bend [rad]'\nset ytics nomirror\nset y2tics\nset yrange [0:*]\nset "
-        "y2range [0:*]\nset key top right\nplot 'resolution_separation.csv' skip 1 using 1:3 axes x1y2 with "
-        "filledcurves y2=0 fc rgb '#dddddd' title 'bend', \\\n     '' skip 1 using 1:2 with lines lw 1.5 lc "
-        "rgb '#0072B2' title 'separation', \\\n     0.027 with lines dt 2 lc rgb 'black' title 'published "
-        "mean'\nunset multiplot\n";
-    plot.caption = fmt::format(
-        "The wire at rest in {} and in {} segments and the artery's wall (the paper's Fig. 13a), the place "
-        "where they are farthest apart but for the free end, and their separation along the wire. The tube "
-        "of Fig. 13b, smooth.",
-        curve.coarse.segments(), curve.fine.segments());
-    return plot;
+    return filled_plot("resolution_wire", 1100, 620,
+                       {{"left", at.x() - half},
+                        {"right", at.x() + half},
+                        {"low", at.y() - half},
+                        {"high", at.y() + half},
+                        {"joint", farthest},
+                        {"apart", std::abs(ReferenceCurve(curve.fine.joints).deviation(at))},
+                        {"coarse", curve.coarse.segments()},
+                        {"fine", curve.fine.segments()}});
 }
 
 io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
@@ -418,23 +381,13 @@ StudyResult run_resolution(const StudyOptions& options) {
         paper_scene("coronary", all[smooth].tube.change(size.resolution, size.resolution.coarse));
     result.plots = {energy_plot(all, size.resolution), wire_plot(smooth_curve[0]),
                     energy_parts_plot(parts, smooth_parts)};
-    result.page = claims_page(
-        "resolution", "How the energy depends on the number of segments",
-        fmt::format(
-            "A wire of {} mm in scene coronary, k {:.2g} times as large, comes to rest with {} segments from "
-            "the centreline by the global relaxer; every coarser wire, down to {} segments, from its shape, "
-            "so that all rest in one basin. k stays the same at every joint, as in the paper (Eqs. 10 and "
-            "14).\n\n"
-            "## Calibration\n\nThe published tube is not given, nor k. The tube is that of the search; of "
-            "the factors on its k the one next to 1 is taken for which c1 and ΔU/U at η = 3 are both within "
-            "15 % of the published. The table has wider and narrower bends as well: those of which both "
-            "figures are as near would be accepted too. Medians of the offsets. Between neighbouring tubes "
-            "c1 and the scatter change a lot where some of the coarser wires rest in another basin.\n\n{}\n"
-            "## Tubes\n\nMedians of the offsets. Published: c1 0.0263, c2 0.00554, 0.0225 at η = 3, mean "
-            "change 92e-5, largest 387e-5, separation 0.027 ± 0.041 mm.\n\n{}",
-            size.resolution.coarse, calibrated_stiffness, size.resolution.finest, size.resolution.coarse,
-            io::to_markdown(calibration, 3), io::to_markdown(tubes, 3)),
-        result, options);
+    result.page = filled_page("resolution",
+                              {{"coarse", size.resolution.coarse},
+                               {"stiffness", calibrated_stiffness},
+                               {"finest", size.resolution.finest},
+                               {"calibration", io::to_markdown(calibration, 3)},
+                               {"tubes", io::to_markdown(tubes, 3)}},
+                              result, options);
     result.tables = {std::move(table),
                      std::move(parts_table),
                      wire_table(smooth_curve[0], scene),

@@ -5,6 +5,7 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/wild_hands.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/parallel.h"
@@ -229,10 +230,9 @@ std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
          fmt::format("{} frames in {} scenarios", hands.number(hands.rows.size() - 1, "frames"),
                      hands.rows.size() - 1));
     none(hands, "folds", "wild hands: frames with a fold", "a joint bent by more than 90°");
-    none(
-        hands, "beyond_force", "wild hands: joints deeper than their force explains",
-        "of all joints, distance to the raw mesh and the vessels past its ends against force over stiffness; "
-        "by more than 0.2 mm");
+    none(hands, "beyond_force", "wild hands: joints deeper than their force explains",
+         "of all joints, distance to the raw mesh and the vessels past its ends against force over "
+         "stiffness; by more than 0.2 mm");
     none(hands, "refused", "wild hands: frames in which a motion was refused",
          "the hub found no rest for it, however small its parts; pushes that bow the shaft do not count");
     const std::size_t all = hands.rows.size() - 1;
@@ -250,37 +250,6 @@ std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
     return claims;
 }
 
-io::Plot picture(bool hands) {
-    io::Plot plot{"robustness", "", 1250, 560};
-    plot.commands =
-        "set multiplot layout 1,2\nset bmargin 9\nset grid lc rgb '#dddddd'\nset logscale xyz\nset logscale "
-        "cb\n"
-        "set title 'Random tubes: slowest push'\nset xlabel 'EI [N·mm²]'\nset ylabel 'k [N/mm]'\n"
-        "set cblabel 'processor time [ms]'\nset xrange [4:2500]\nset yrange [0.8:1250]\n"
-        "set palette defined (0 '#0072B2', 1 '#56B4E9', 2 '#F0E442', 3 '#E69F00', 4 '#D55E00')\n"
-        "set key below\n"
-        "plot 'robustness_tubes.csv' skip 1 using 4:5:(0.4+$2/3):22 with points pt 7 ps variable lc palette "
-        "title 'a tube; the larger, the wider', \\\n"
-        "     '' skip 1 using ($9+$10+$11+$12+$13+$15 > 0 ? $4 : 1/0):5 with points pt 2 ps 2 lw 2 lc rgb "
-        "'black' title 'with an incident'\n";
-    if (hands)
-        plot.commands +=
-            "unset logscale\nset logscale y\nset title 'Wild hands: time of a frame'\nunset colorbox\n"
-            "set xlabel ''\nset ylabel 'processor time [ms]'\nset offsets 0.6,0.6,0,0\nset autoscale x\nset "
-            "bmargin 9\nset yrange [0.05:*]\n"
-            "set xtics rotate by -60 noenhanced font ',9'\n"
-            "plot 'robustness_hands.csv' skip 1 using 0:23:xtic(1) with points pt 9 ps 1.4 lc rgb '#D55E00' "
-            "title 'longest', \\\n"
-            "     '' skip 1 using 0:22 with points pt 7 ps 1.4 lc rgb '#E69F00' title '99 %', \\\n"
-            "     '' skip 1 using 0:21 with points pt 5 ps 1.4 lc rgb '#0072B2' title 'median'\n";
-    plot.commands += "unset multiplot\n";
-    plot.caption =
-        "Left: each random tube by the wire's EI and the wall's stiffness, its colour the slowest push, a "
-        "cross where anything came about that should not. Right: processor time of a frame under a wild "
-        "hand.";
-    return plot;
-}
-
 }  // namespace
 
 StudyResult run_robustness(const StudyOptions& options) {
@@ -293,27 +262,21 @@ StudyResult run_robustness(const StudyOptions& options) {
     io::Table tubes = tube_table(courses), hands = wild_table(runs, hand_count(options)),
               incidents = incident_table(courses, runs);
     result.claims = claims_of(tubes, hands, courses);
-    result.plots = {picture(!runs.empty())};
-    const std::string introduction = fmt::format(
-        "**Random tubes.** Seeds 0 to {}, {} pushes: radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and "
-        "k 1 to 1000 N/mm of equal odds by their logarithm, N 50 to 400, arcs about any axis with radii from "
-        "1.2 times the lumen's. A wire without a curved tip is laid along the first {} segments and pushed "
-        "by one segment at a time, from rest to rest, without a budget, until all of it is in.\n\n**Wild "
-        "hands.** Hands 1 to {} play {} frames in all scenarios that ship and in three meshes from elsewhere "
-        "where these are to be had (the folder SELDINGER_REAL_MESHES): pushes and pulls of up to 30 mm and "
-        "turns of up to 360° in one frame, under the budget of a frame. Every frame shown is judged by the "
-        "exact gradient, by rays against the raw mesh, and by the distance from it. Where there are several "
-        "devices the hand chooses every ten frames which it holds, or all. A frame lags where motion waits "
-        "for the next.\n\nEach incident with its seed is in robustness_incidents.csv. Processor times depend "
-        "on the machine; nothing is judged by them.\n\n"
-        "{}\n{}\n{}",
-        courses.size() - 1, pushes, segments_at_start, hand_count(options), frames,
-        io::to_markdown(totals(tubes), 3), io::to_markdown(transposed(hands), 3),
-        incidents.rows.empty() ? std::string("There was no incident.\n")
-                               : io::to_markdown(first_rows(incidents, 40)));
+    const std::string of_hands = runs.empty() ? "" : filled_plot("robustness_hands", 0, 0, {}).commands;
+    result.plots = {filled_plot("robustness", 1250, 560, {{"hands", of_hands}})};
+    result.page =
+        filled_page("robustness",
+                    {{"last", courses.size() - 1},
+                     {"pushes", pushes},
+                     {"start", segments_at_start},
+                     {"hands", hand_count(options)},
+                     {"frames", frames},
+                     {"of_tubes", io::to_markdown(totals(tubes), 3)},
+                     {"of_hands", io::to_markdown(transposed(hands), 3)},
+                     {"incidents", incidents.rows.empty() ? std::string("There was no incident.\n")
+                                                          : io::to_markdown(first_rows(incidents, 40))}},
+                    result, options);
     result.tables = {std::move(tubes), std::move(hands), std::move(incidents)};
-    result.page = claims_page("robustness", "Does anything a hand may do break the wire?", introduction,
-                              result, options);
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -141,70 +142,31 @@ void claim(StudyResult& result, const std::vector<Run>& runs, const std::vector<
 
 io::Plot traces_plot(const std::vector<int>& separations, const std::vector<Run>& runs,
                      const Setting& setting, int cycles) {
-    io::Plot plot{"separation", "", 1000, 760};
-    plot.commands = fmt::format(
-        "set multiplot layout 2,1\nset grid lc rgb '#dddddd'\nset key outside right top\nset logscale y\n"
-        "set format y '10^{{%L}}'\nset yrange [1e-4:3]\nset xrange [0:{}]\n"
-        "set ylabel '|d_{{{}}}| [mm]'\nset label 1 '0.1 mm' at {},0.13 right tc rgb '#666666'\n"
-        "set arrow 1 from 0,0.1 to {},0.1 nohead dt 3 lc rgb '#666666'\n",
-        cycles, setting.joint, cycles, cycles);
-    for (const int varied : {2, 3}) {
-        plot.commands += varied == 2
-                             ? "set title '(a) two varied segments'\nset xlabel ''\n"
-                             : "set title '(b) three varied segments'\nset xlabel 'relaxation cycles'\n";
-        const auto line = [&](const std::string& name, const std::string& look) {
-            plot.curve(fmt::format(
-                "'separation.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):(abs($3)) {}", name, look));
-        };
-        plot.commands += "plot ";
-        line("M = 1", "with lines lw 2 lc rgb '#999999' title 'M = 1'");
-        for (std::size_t k = 0; k < separations.size(); ++k) {
-            const Run& run = find(runs, usual, varied, separations[k]);
-            line(run.name(), fmt::format("with lines {} lc rgb '{}' title 'δ = {}'",
-                                         is_good(separations[k]) ? "lw 2" : "dt 2", separation_colours[k],
-                                         separations[k]));
-        }
-        plot.commands += "\n";
-    }
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "Lateral deviation of joint {} against relaxation cycles for M = 1 and for two and three varied "
-        "segments at a fixed separation δ (the paper's Fig. 5). Solid: the separations that the paper calls "
-        "best, 10 to 20. {}.",
-        setting.joint, setting.scene.text());
-    return plot;
+    const auto lines = [&](int varied) {
+        return rows_of(separations.size(), [&](std::size_t k) -> TemplateValues {
+            return {{"run", find(runs, usual, varied, separations[k]).name()},
+                    {"look", is_good(separations[k]) ? "lw 2" : "dt 2"},
+                    {"colour", separation_colours[k]},
+                    {"separation", separations[k]}};
+        });
+    };
+    return filled_plot("separation", 1000, 760,
+                       {{"joint", setting.joint},
+                        {"scene", setting.scene.text()},
+                        {"cycles", cycles},
+                        {"two", lines(2)},
+                        {"three", lines(3)}});
 }
 
 io::Plot means_plot(const std::vector<Setting>& settings, const std::vector<Run>& runs, int counted) {
-    io::Plot plot{"separation_means", "", 1000, 460};
-    plot.commands = fmt::format(
-        "set multiplot layout 1,2\nset grid lc rgb '#dddddd'\nset xlabel 'separation δ [segments]'\n"
-        "set ylabel 'mean |d| over {} cycles [mm]'\nset xrange [0:32]\nset yrange [0:*]\n"
-        "set key bottom right\nset object 1 rectangle from 10, graph 0 to 20, graph 1 behind fc rgb "
-        "'#e8f3ec' fs noborder\nset label 1 'published: best' at 15, graph 0.95 center tc rgb '#2d6a4f'\n",
-        counted);
-    const auto line = [&](int setting, int varied, const std::string& look) {
-        return fmt::format("'separation_means.csv' skip 1 using ($1 == {} && $3 == {} ? $4 : 1/0):5 {}",
-                           setting + 1, varied, look);
-    };
-    plot.commands += fmt::format(
-        "set title '{}'\nplot {:.6f} with lines lw 2 lc rgb '#999999' title 'M = 1', \\\n     {}, \\\n     "
-        "{}\n",
-        settings[usual].what, find(runs, usual, 1, 0).mean,
-        line(usual, 2, "with linespoints pt 7 lw 2 lc rgb '#0072B2' title 'M = 2'"),
-        line(usual, 3, "with linespoints pt 5 lw 2 lc rgb '#009E73' title 'M = 3'"));
-    plot.commands += "set title 'M = 2 in other settings'\nset key top right\nunset label 1\nplot ";
-    for (int k = usual; k <= sharp; ++k)
-        plot.curve(
-            line(k, 2,
-                 fmt::format("with linespoints pt {} lw 2 lc rgb '{}' title '{}'", 4 + k,
-                             std::array{"#0072B2", "#E69F00", "#CC79A7", "#D55E00"}[k], settings[k].what)));
-    plot.commands += "\nunset multiplot\n";
-    plot.caption =
-        "Mean lateral deviation on the way to rest against the separation: which separation is fastest. "
-        "Shaded: the best separations published (Section 3.1). " +
-        settings[usual].scene.text() + ".";
-    return plot;
+    return filled_plot("separation_means", 1000, 460,
+                       {{"scene", settings[usual].scene.text()},
+                        {"counted", counted},
+                        {"single", find(runs, usual, 1, 0).mean},
+                        {"usual", settings[usual].what},
+                        {"coarse", settings[coarse].what},
+                        {"wide", settings[wide].what},
+                        {"sharp", settings[sharp].what}});
 }
 
 }  // namespace
@@ -258,13 +220,11 @@ StudyResult run_separation(const StudyOptions& options) {
     claim(result, runs, separations, settings[usual].joint, counted);
     result.plots = {traces_plot(separations, runs, settings[usual], cycles),
                     means_plot(settings, runs, counted)};
-    result.page = claims_page(
-        "separation", "How far apart varied segments should be",
-        fmt::format("The wire starts on the centreline: {}. The reference curve of the lateral deviation is "
-                    "the wire after {} cycles with M = 2 and chosen separations, where the largest gradient "
-                    "over C is {:.1e}. Methods are the paper's, without safeguard.",
-                    settings[usual].scene.text(), options.quick ? 40 : 200, rests[usual].gradient),
-        result, options);
+    result.page = filled_page("separation",
+                              {{"scene", settings[usual].scene.text()},
+                               {"cycles", options.quick ? 40 : 200},
+                               {"gradient", rests[usual].gradient}},
+                              result, options);
     result.tables = {std::move(traces), std::move(table)};
     return result;
 }

@@ -5,6 +5,7 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
 
@@ -118,31 +119,6 @@ void claim(StudyResult& result, const std::vector<Frequencies>& all, const std::
         fmt::format("The most frequent are {} and {}.", three.most_frequent(1), four.most_frequent(1)));
 }
 
-io::Plot separation_frequency_picture(const PaperScene& scene, int cycles) {
-    io::Plot plot{"separation_frequency", "", 900, 860};
-    plot.commands =
-        "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
-        "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
-        "set ylabel 'chosen [%]'\n";
-    for (int m = 2; m <= most_varied; ++m) {
-        plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
-                                     m == most_varied ? "separation δ [segments]" : "");
-        for (int k = 0; k < m - 1; ++k)
-            plot.curve(fmt::format(
-                "'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : 1/0):4 with "
-                "boxes lc rgb '{}' title 'δ_{}'",
-                m, k + 1, 0.28 * (k - 0.5 * (m - 2)), separation_frequency_colours[k], k + 1));
-        plot.commands += "\n";
-    }
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}. The bars at 5 "
-        "and at 25 also hold what would lie beyond them; published: δ1 = 5 somewhat above 25 and a fall "
-        "between, δ2 = 5 large.",
-        cycles, scene.text());
-    return plot;
-}
-
 }  // namespace
 
 StudyResult run_separation_frequency(const StudyOptions& options) {
@@ -168,12 +144,10 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
             for (int delta = least_separation; delta <= largest_separation; ++delta)
                 table.add({m, k + 1.0, delta, all[m - 2].percent(k, delta), all[m - 2].counts[k][delta]});
     claim(result, all, of_other, other.name);
-    result.plots = {separation_frequency_picture(scene, cycles)};
-    result.page = claims_page(
-        "separation-frequency", "Which separations Algorithm 2 chooses",
-        fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: {}.", cycles,
-                    scene.text()),
-        result, options);
+    result.plots = {
+        filled_plot("separation_frequency", 900, 860, {{"cycles", cycles}, {"scene", scene.text()}})};
+    result.page =
+        filled_page("separation-frequency", {{"cycles", cycles}, {"scene", scene.text()}}, result, options);
     result.tables = {std::move(table)};
     return result;
 }

@@ -6,6 +6,7 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
 #include "physics/wire/energy.h"
@@ -159,75 +160,20 @@ io::Table energies_table(const Joint1D& j) {
 }
 
 io::Plot energies_plot(const Joint1D& j) {
-    io::Plot plot{"static_contact_energies", "", 1000, 720};
-    plot.commands =
-        "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset xlabel 'x [mm], > 0 in the wall'\nset "
-        "ylabel 'energy [N·mm]'\n"
-        "set xrange [-0.04:0.14]\nset key top left\n"
-        "set arrow 1 from 0, graph 0 to 0, graph 0.62 nohead lc rgb '#999999'\n"
-        "set title '(a) wall alone'\nset yrange [-0.05:0.45]\n"
-        "plot 'static_contact_energies.csv' skip 1 using 1:2 with lines lw 2 lc rgb '#D55E00' title 'second "
-        "order', \\\n"
-        "     '' skip 1 using 1:3 with lines lw 2 lc rgb '#009E73' title 'first order, x_0 small', \\\n"
-        "     '' skip 1 using 1:4 with lines lw 2 lc rgb '#0072B2' title 'first order, x_0 large'\nset "
-        "yrange [*:*]\n";
-    const auto panel = [&](char letter, const char* title, int column, const char* colour, double minimum,
-                           double from) {
-        std::string text = fmt::format("set title '({}) {}'\n", letter, title);
-        text +=
-            fmt::format("set arrow 2 from {0:.6f}, graph 0 to {0:.6f}, graph 0.62 nohead dt 2 lc rgb '{1}'\n",
-                        minimum, colour);
-        if (from > 0)
-            text += fmt::format(
-                "set arrow 3 from {0:.6f}, graph 0 to {0:.6f}, graph 0.62 nohead dt 3 lc rgb 'black'\n",
-                from);
-        text += fmt::format(
-            "plot 'static_contact_energies.csv' skip 1 using 1:5 with lines lc rgb '#CC79A7' title 'bending "
-            "alone', \\\n     '' skip 1 using 1:{} with lines lw 2 lc rgb '{}' title 'bending and wall'",
-            column, colour);
-        text += fmt::format(
-            ", \\\n     -1 with lines dt 2 lc rgb '{}' title 'where the model has its minimum'", colour);
-        if (from > 0) text += ", \\\n     -1 with lines dt 3 lc rgb 'black' title 'x_0'";
-        return text + "\nunset arrow 2\nunset arrow 3\n";
-    };
-    plot.commands += "set yrange [0:0.8]\n";
-    plot.commands +=
-        panel('b', "second order", 6, "#D55E00", j.second_order_minimum(), 0) +
-        panel('c', "first order from a small x_0", 7, "#009E73", j.first_order_minimum(j.near()), j.near()) +
-        panel('d', "first order from a large x_0", 8, "#0072B2", j.first_order_minimum(j.deep()), j.deep()) +
-        "unset multiplot\n";
-    plot.caption = fmt::format(
-        "Energy of one joint at depth x in the wall (the paper's Fig. 12): k = {:g} N/mm, a wire that bends "
-        "as a spring of {:g} N/mm and would have the joint at {:g} mm. The minimum of the second order does "
-        "not depend on x_0; that of the first overshoots to either side.",
-        j.stiffness, j.bending, j.at);
-    return plot;
+    return filled_plot("static_contact_energies", 1000, 720,
+                       {{"stiffness", j.stiffness},
+                        {"bending", j.bending},
+                        {"at", j.at},
+                        {"second", j.second_order_minimum()},
+                        {"near", j.near()},
+                        {"first_near", j.first_order_minimum(j.near())},
+                        {"deep", j.deep()},
+                        {"first_deep", j.first_order_minimum(j.deep())}});
 }
 
 io::Plot contact_plot(const PaperScene& scene) {
-    io::Plot plot{"static_contact", "", 1000, 760};
-    plot.commands =
-        "set multiplot layout 2,1\nset style fill solid 0.7 noborder\nset boxwidth 0.9\nset yrange [0:105]\n"
-        "set ylabel 'in contact [% of updates]'\nset y2label 'mean |ε_i|'\nset logscale y2\n"
-        "set ytics nomirror\nset y2tics format '10^{%L}'\nset key outside top horizontal\n"
-        "set xrange [0:" +
-        std::to_string(scene.segments() + 1) + "]\n";
-    for (const int k : {0, 1}) {
-        const char* name = case_table[k].name;
-        plot.commands += fmt::format(
-            "set title '({0}) {1}'\nset xlabel '{2}'\n"
-            "plot 'static_contact.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : 1/0):3 with boxes lc rgb "
-            "'#D55E00' title 'in contact', \\\n"
-            "     '' skip 1 using (strcol(1) eq '{0}' && $4 > 0 ? $2 : 1/0):4 axes x1y2 with lines lc rgb "
-            "'black' title 'mean |ε_i|'\n",
-            name, k == 0 ? "with A and R" : "without A and R", k == 1 ? "joint i" : "");
-    }
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "How long each joint of a wire at rest touches the wall, and the mean size of an update (the paper's "
-        "Fig. 11): {}, M = 1. In (a) joints that touch never leave, in (b) they bounce.",
-        scene.text());
-    return plot;
+    return filled_plot("static_contact", 1000, 760,
+                       {{"scene", scene.text()}, {"beyond_last", scene.segments() + 1}});
 }
 
 void claim(StudyResult& result, const std::vector<Unrest>& all, const Traces& traces, const Joint1D& joint,
@@ -321,25 +267,8 @@ void claim(StudyResult& result, const std::vector<Unrest>& all, const Traces& tr
 }
 
 io::Plot calm_plot(const PaperScene& scene, int usual_cycles) {
-    io::Plot plot{"static_contact_ratio", "", 900, 420};
-    plot.commands = fmt::format(
-        "set grid lc rgb '#dddddd'\nset logscale y\nset format y '10^{{%L}}'\nset xlabel 'cycles made "
-        "before'\n"
-        "set ylabel 'mean |ε|, (a) over (b)'\nset key top right\nset yrange [1e-13:1]\n"
-        "set object 1 rectangle from graph 0,first 1e-8 to graph 1,first 1e-6 behind fc rgb '#e8f3ec' fs "
-        "noborder\n"
-        "plot 'static_contact_ratio.csv' skip 1 using ($1 == 1 ? $2 : 1/0):($3/$4) with linespoints pt 7 lw "
-        "2 lc rgb '#E69F00' title 'M = 1 before', \\\n     '' skip 1 using ($1 == 2 ? $2 : 1/0):($3/$4) with "
-        "linespoints pt 5 lw 2 lc rgb '#0072B2' title 'M = 2 before', \\\n     1e-7 with lines dt 2 lc rgb "
-        "'black' title 'published, about 10^{{-7}}', \\\n     '+' using ({}):(1e-7) every ::::0 with points "
-        "pt 6 ps 2 lc rgb 'black' title 'what the paper calls equilibrium'\n",
-        usual_cycles);
-    plot.caption = fmt::format(
-        "Mean size of an update with the second order (a) over that without (b), against the cycles that the "
-        "wire has made before (Fig. 11 gives about 1e-7 for a wire in equilibrium, which Section 3 takes to "
-        "be reached after 200 cycles): {}.",
-        scene.text());
-    return plot;
+    return filled_plot("static_contact_ratio", 900, 420,
+                       {{"scene", scene.text()}, {"usual_cycles", usual_cycles}});
 }
 
 }  // namespace
@@ -403,15 +332,16 @@ StudyResult run_static_contact(const StudyOptions& options) {
     for (const Calm& each : calm) ratio.add({each.varied_segments, each.cycles, each.second, each.first});
     claim(result, all, traces, joint, calm, usual_cycles, other);
     result.plots = {contact_plot(scene), calm_plot(scene, usual_cycles), energies_plot(joint)};
-    result.page = claims_page(
-        "static-contact", "Which terms keep a wire at rest in touch with the wall",
-        fmt::format(
-            "{}: the wire after {} cycles with M = 2, where the largest gradient over C is {:.1e}. From "
-            "there each case, without safeguard, makes {} cycles unobserved and {} that are watched, update "
-            "by update. The mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
-            scene.text(), options.quick ? 60 : 200, rest.gradient, settle, cycles, traces.mean_wall,
-            traces.bending, io::to_markdown(cases)),
-        result, options);
+    result.page = filled_page("static-contact",
+                              {{"scene", scene.text()},
+                               {"rest_cycles", options.quick ? 60 : 200},
+                               {"gradient", rest.gradient},
+                               {"settle", settle},
+                               {"cycles", cycles},
+                               {"wall", traces.mean_wall},
+                               {"bending", traces.bending},
+                               {"cases", io::to_markdown(cases)}},
+                              result, options);
     result.tables = {std::move(joints), std::move(cases), std::move(ratio), energies_table(joint)};
     return result;
 }

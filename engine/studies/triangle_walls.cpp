@@ -9,6 +9,7 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/plain_wire.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/centreline_tree.h"
 #include "physics/geometry/mesh_query.h"
@@ -300,137 +301,61 @@ std::vector<NamedWay> ways_of_relaxing() {
     return all;
 }
 
-std::string introduction(const std::vector<TubeOfTriangles>& tube, const TriangleWallSizes& size) {
-    return fmt::format(
-        "The paper's artery is a mesh, and the wall of a joint is the plane of the triangle that a ray from "
-        "the centreline through the joint meets. Its meshes are not published, and the other studies use a "
-        "round tube in closed form. Here the same wire lies in the same tube on walls of each kind.\n\n"
-        "- *plane*: the triangle that the ray meets, as in the paper.\n"
-        "- *closest*: the distance to the closest point of the same mesh, on a face, an edge or a corner.\n"
-        "- *field*: the smooth distance field that is sampled from the same mesh.\n"
-        "- *round*: the tube in closed form.\n\n"
-        "Tubes of radius {:g} mm: *{}* ({}) and *{}* ({}); N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} "
-        "N/mm a joint, from the centreline, {} cycles, methods as published unless safeguarded. A wire "
-        "*rests* where the mean turn of an update in the last cycle is below {:g} and its |gradient| over C "
-        "is at most {:g}; it is *stuck* where it no longer turns but its gradient is larger; else it "
-        "*moves*. The global relaxer ends by itself. A hop is a change of plane under a joint that touches "
-        "before and after an update, counted over the last cycle, for each joint that touches at its end. "
-        "*rise* is the largest rise of the true energy by one update of that cycle; *off_round* is the "
-        "largest distance of a joint from its place at rest in the round tube.\n\n"
-        "**Why.** On planes the energy is nearly continuous, but its slope jumps at every edge. A joint in "
-        "the valley between two facets is pushed one way on one side of the edge and the other way on the "
-        "other side (first picture): no place between has a slope of zero. An update moves it across, the "
-        "next one moves it back: it hops for ever and carries the joints distal of it along. The safeguard "
-        "rejects such updates, and the wire stands where the first edges hold it, which is not where its "
-        "energy is least. The closest feature rounds the valley off, but only over a width of the size of "
-        "the penetration. The wall is curved there by about k, which R does not contain, and the plain "
-        "methods overshoot. The field rounds it off over the spacing of its grid.\n\n",
-        radius, tube[0].name, tube[0].what, tube[1].name, tube[1].what, size.segments, segment_length,
-        rigidity, wall_stiffness, size.cycles, still, balanced);
-}
-
-/// Columns of gnuplot's rows of one tube.
-std::string of_tube(const TubeOfTriangles& tube, const std::string& column) {
-    return fmt::format("(strcol(1) eq '{}' ? {} : 1/0)", tube.name, column);
-}
-
 io::Plot edge_plot(const TriangleWallSizes& size) {
-    io::Plot plot{"triangle_walls_edge", "", 1000, 760};
-    plot.commands =
-        "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset xrange [-0.25:0.25]\n"
-        "set style data lines\nset key top center\n";
-    const auto panel = [&](const char* line, const char* title, const char* unit, int column, double factor) {
-        plot.commands += fmt::format("set title '{}'\nset ylabel '{}'\nplot ", title, unit);
-        constexpr const char* looks[] = {
-            "lw 3 lc rgb '#D55E00' title 'plane'", "lw 2 lc rgb '#0072B2' title 'closest'",
-            "lw 2 lc rgb '#009E73' title 'field'", "lw 2 dt 2 lc rgb '#666666' title 'round'"};
-        for (int k = 0; k < 4; ++k)
-            plot.curve(fmt::format(
-                "'triangle_walls_edge.csv' skip 1 using (strcol(1) eq '{}' ? $2 : 1/0):({:g}*${}) {}", line,
-                factor, column + k, looks[k]));
-        plot.commands += "\nunset key\n";
-    };
-    panel("around", "round the vessel: energy", "10^{-3} N·mm", 3, 1e3);
-    panel("along", "along a bend: energy", "10^{-3} N·mm", 3, 1e3);
-    plot.commands += "set xlabel 'place from the edge [mm]'\n";
-    panel("around", "round the vessel: push along the way", "N", 7, 1);
-    panel("along", "along a bend: push along the way", "N", 7, 1);
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "A joint {:g} mm from the axis of the sharp tube of radius {:g} mm, {} facets, as it passes an edge: "
-        "on planes the push jumps from one side to the other, and is nowhere zero.",
-        1.02 * radius, radius, size.finenesses.front().text());
-    return plot;
+    return filled_plot(
+        "triangle_walls_edge", 1000, 760,
+        {{"from_axis", 1.02 * radius}, {"radius", radius}, {"facets", size.finenesses.front().text()}});
+}
+
+TemplateRows titles(const std::vector<TubeOfTriangles>& tubes) {
+    return rows_of(tubes.size(), [&](std::size_t t) -> TemplateValues {
+        return {{"tube", tubes[t].name}, {"what", tubes[t].what}};
+    });
 }
 
 io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWallSizes& size) {
-    io::Plot plot{"triangle_walls_cycles", "", 1100, 480};
-    plot.commands =
-        "set multiplot layout 1,2\nset logscale y\nset format y '10^{%L}'\nset grid lc rgb '#dddddd'\n"
-        "set style data lines\nset xlabel 'cycles'\nset ylabel 'mean turn of an update'\nset yrange "
-        "[1e-11:1]\nset key bottom left\n";
     constexpr const char* reds[] = {"#7A2E00", "#D55E00", "#F5A26F"};
-    for (const TubeOfTriangles& tube : tubes) {
-        plot.commands += fmt::format("set title '{}: {}'\nplot ", tube.name, tube.what);
-        const auto add = [&](const std::string& kind, const std::string& fineness, const std::string& look) {
-            plot.curve(fmt::format(
-                "'triangle_walls_cycles.csv' skip 1 using {}:(strcol(2) eq '{}' && strcol(3) eq '{}' ? $5 "
-                ": 1/0) lw 2 {} title '{}'",
-                of_tube(tube, "$4"), kind, fineness, look,
-                kind == "closed form" ? "round" : kind + ", " + fineness));
-        };
-        for (std::size_t k = 0; k < size.finenesses.size(); ++k)
-            add("plane", size.finenesses[k].text(), fmt::format("lc rgb '{}'", reds[k]));
-        add("closest", size.finenesses.back().text(), "lc rgb '#0072B2'");
-        add("field", size.finenesses.back().text(), "lc rgb '#009E73'");
-        add("closed form", "round", "dt 2 lc rgb '#666666'");
-        plot.commands += "\nunset key\n";
-    }
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "Mean turn of the updates of each cycle with M = 2, from the centreline, N = {}: on planes it stays "
-        "at a level that finer facets lower, on smooth walls it keeps falling.",
-        size.segments);
-    return plot;
+    TemplateRows walls;
+    const auto add = [&](const std::string& kind, const std::string& facets, const std::string& look) {
+        walls.push_back({{"kind", kind},
+                         {"facets", facets},
+                         {"look", look},
+                         {"title", kind == "closed form" ? "round" : kind + ", " + facets}});
+    };
+    for (std::size_t k = 0; k < size.finenesses.size(); ++k)
+        add("plane", size.finenesses[k].text(), fmt::format("lc rgb '{}'", reds[k]));
+    add("closest", size.finenesses.back().text(), "lc rgb '#0072B2'");
+    add("field", size.finenesses.back().text(), "lc rgb '#009E73'");
+    add("closed form", "round", "dt 2 lc rgb '#666666'");
+    return filled_plot("triangle_walls_cycles", 1100, 480,
+                       {{"segments", size.segments}, {"tubes", titles(tubes)}, {"walls", walls}});
 }
 
 io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<NamedWay>& ways,
                      const TriangleWallSizes& size) {
-    io::Plot plot{"triangle_walls", "", 1100, 600};
     constexpr const char* colours[] = {"#999999", "#E69F00", "#0072B2", "#009E73", "#56B4E9", "#000000"};
     constexpr int shapes[] = {2, 9, 7, 5, 6, 13};
     const int fine = static_cast<int>(size.finenesses.size()), walls = 3 * fine + 1;
-    const int methods = static_cast<int>(ways.size());
     std::string names;
     int place = 0;
     for (const char* kind : {"plane", "closest", "field"})
         for (const Fineness& fineness : size.finenesses)
             names += fmt::format("'{} {}' {}, ", kind, fineness.text(), place++);
-    plot.commands = fmt::format(
-        "set multiplot layout 1,2\nset logscale y\nset format y '10^{{%L}}'\nset grid lc rgb '#dddddd'\n"
-        "set style data points\nset ylabel '|gradient| over C at the end'\nset yrange [1e-15:1]\nset xrange "
-        "[-0.7:{}.7]\nset xtics rotate by -50 left ({}'round' {})\nset bmargin 11\n"
-        "set key at screen 0.5, screen 0.02 center bottom horizontal maxrows 1\n"
-        "set arrow 1 from graph 0, first {:g} to graph 1, first {:g} nohead dt 3 lc rgb '#333333'\n",
-        walls - 1, names, place, balanced, balanced);
-    for (std::size_t t = 0; t < tubes.size(); ++t) {
-        plot.commands +=
-            fmt::format("at(row) = row == {0} ? {0} : (row % 3) * {1} + row / 3\nset title '{2}: {3}'\nplot ",
-                        walls - 1, fine, tubes[t].name, tubes[t].what);
-        for (int m = 0; m < methods; ++m)
-            plot.curve(fmt::format(
-                "'triangle_walls.csv' skip 1 using {}:(strcol(4) eq '{}' ? $7 : 1/0) pt {} ps 1.3 lw 2 lc "
-                "rgb '{}' title '{}'",
-                of_tube(tubes[t], fmt::format("at(int($0)/{} - {})", methods, t * walls)), ways[m].name,
-                shapes[m], colours[m], ways[m].name));
-        plot.commands += "\nunset key\n";
-    }
-    plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format(
-        "How near to rest each method ends on each wall after {} cycles, the global relaxer after all its "
-        "steps; N = {}. Below the dotted line a wire counts as balanced.",
-        size.cycles, size.segments);
-    return plot;
+    TemplateRows panels = titles(tubes);
+    for (std::size_t t = 0; t < tubes.size(); ++t) panels[t].push_back({"before", t * walls});
+    const auto method = [&](std::size_t m) -> TemplateValues {
+        return {{"method", ways[m].name}, {"shape", shapes[m]}, {"colour", colours[m]}};
+    };
+    return filled_plot("triangle_walls", 1100, 600,
+                       {{"last", walls - 1},
+                        {"walls", names},
+                        {"fine", fine},
+                        {"balanced", balanced},
+                        {"tubes", panels},
+                        {"count", ways.size()},
+                        {"methods", rows_of(ways.size(), method)},
+                        {"cycles", size.cycles},
+                        {"segments", size.segments}});
 }
 
 /// Largest change of a column between neighbouring places of one line, 0.5 µm apart.
@@ -540,8 +465,21 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
     io::Table edge = edge_table(coarse);
     result.claims = claims(wall, way, ending, edge);
     result.plots = {edge_plot(size), turns_plot(tube, size), states_plot(tube, way, size)};
-    result.page = claims_page("triangle-walls", "Relaxation on walls of triangles",
-                              introduction(tube, size) + io::to_markdown(table, 3), result, options);
+    result.page = filled_page("triangle-walls",
+                              {{"radius", radius},
+                               {"name0", tube[0].name},
+                               {"what0", tube[0].what},
+                               {"name1", tube[1].name},
+                               {"what1", tube[1].what},
+                               {"segments", size.segments},
+                               {"segment_length", segment_length},
+                               {"rigidity", rigidity},
+                               {"stiffness", wall_stiffness},
+                               {"cycles", size.cycles},
+                               {"still", still},
+                               {"balanced", balanced},
+                               {"table", io::to_markdown(table, 3)}},
+                              result, options);
     result.tables = {std::move(table), std::move(cycles), std::move(edge)};
     return result;
 }

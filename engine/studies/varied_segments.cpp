@@ -9,6 +9,7 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/quantile.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -308,43 +309,26 @@ io::Table wires_table(const PaperScene& scene, const Rest& rest, const VariedSeg
 }
 
 io::Plot wires_plot(const PaperScene& scene, const VariedSegmentSizes& size) {
-    io::Plot plot{"varied_segments_wires", "", 1000, 340};
-    const auto line = [&](const std::string& name, const std::string& look) {
-        plot.curve(series(plot.name, name, 2, 3, look));
+    const auto joint = [&](std::size_t k) -> TemplateValues {
+        return {{"joint", size.joints[k]}, {"shape", 5 + 2 * k}};
     };
-    plot.commands =
-        "set size ratio -1\nset xtics 25\nset ytics 10\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key "
-        "outside right top\nplot ";
-    line("right wall", "with lines lc rgb '#999999' title 'wall'");
-    line("left wall", "with lines lc rgb '#999999' notitle");
-    line("initial", "with lines lc rgb '#009E73' title 'initial wire'");
-    line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
-    for (std::size_t k = 0; k < size.joints.size(); ++k)
-        line(fmt::format("joint {}", size.joints[k]),
-             fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'", 5 + 2 * k,
-                         size.joints[k]));
-    plot.commands += "\n";
-    plot.caption = fmt::format(
-        "The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): {}.",
-        scene.text());
-    return plot;
+    return filled_plot("varied_segments_wires", 1000, 340,
+                       {{"scene", scene.text()}, {"joints", rows_of(size.joints.size(), joint)}});
 }
 
 io::Plot traces_plot(const std::string& name, const std::vector<VariedRun>& runs, std::size_t count,
                      std::size_t trace, const std::string& figure, const PaperScene& scene, int cycles) {
-    io::Plot plot{name, "", 1000, 480};
-    const int joint = runs[0].traces[trace].joint();
-    plot.commands = fmt::format(
-        "set grid lc rgb '#dddddd'\nset key outside right top\nset xlabel 'relaxation cycles'\n"
-        "set ylabel 'lateral deviation d_{{{}}} [mm]'\nset xrange [0:{}]\nplot ",
-        joint, cycles);
-    for (std::size_t k = 0; k < count; ++k)
-        plot.curve(series(name, runs[k].method.name, 2, 3,
-                          fmt::format("with lines {} title '{}'", runs[k].method.look, runs[k].method.name)));
-    plot.commands += "\n";
-    plot.caption =
-        fmt::format("Lateral deviation of joint {} against relaxation cycles (the paper's {}): {}.", joint,
-                    figure, scene.text());
+    const auto method = [&](std::size_t k) -> TemplateValues {
+        return {{"method", runs[k].method.name}, {"look", runs[k].method.look}};
+    };
+    io::Plot plot = filled_plot("varied_segments_joint", 1000, 480,
+                                {{"joint", runs[0].traces[trace].joint()},
+                                 {"figure", figure},
+                                 {"scene", scene.text()},
+                                 {"cycles", cycles},
+                                 {"table", name},
+                                 {"methods", rows_of(count, method)}});
+    plot.name = name;
     return plot;
 }
 
@@ -449,19 +433,15 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     result.plots.push_back(traces_plot("varied_segments_hard_joint", hard, hard.size(), 0,
                                        "Fig. 10, whose wire is not published; here in a hairpin", hairpin,
                                        size.hard_cycles));
-    result.page = claims_page(
-        "varied-segments", "How many segments should be varied at a time",
-        fmt::format(
-            "The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
-            "cycles with M = 2, where the largest gradient over C is {:.1e} (sharp), {:.1e} (hairpin) and "
-            "{:.1e} (sinuous). Methods are the paper's, without safeguard; separations are chosen by "
-            "Algorithm 2.\n\n"
-            "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
-            "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
-            "C after {} cycles, with the safeguard.\n\n{}",
-            size.rest_cycles, rests[0].gradient, rests[1].gradient, rests[2].gradient,
-            io::to_markdown(settled), size.long_cycles, io::to_markdown(rest_table, 7)),
-        result, options);
+    result.page = filled_page("varied-segments",
+                              {{"rest_cycles", size.rest_cycles},
+                               {"sharp", rests[0].gradient},
+                               {"hairpin", rests[1].gradient},
+                               {"sinuous", rests[2].gradient},
+                               {"settled", io::to_markdown(settled)},
+                               {"long_cycles", size.long_cycles},
+                               {"rest", io::to_markdown(rest_table, 7)}},
+                              result, options);
     result.tables = {wires_table(sharp, rests[0], size), std::move(settled), std::move(rest_table)};
     for (std::size_t k = 0; k < size.joints.size(); ++k)
         result.tables.push_back(

@@ -9,6 +9,7 @@
 #include "engine/studies/quantile.h"
 #include "engine/studies/resolution.h"
 #include "engine/studies/runs.h"
+#include "engine/studies/templates.h"
 #include "engine/studies/work.h"
 
 namespace studies {
@@ -279,97 +280,30 @@ std::string where(const WallSetting& s) {
 }
 
 std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t realisations) {
-    const std::string grid = "set grid lc rgb '#dddddd'\n";
     const WallSetting& s = both[like_fig_13];
-    constexpr const char* tube_colours[] = {"#D55E00", "#0072B2"};
-    std::vector<io::Plot> plots;
-    io::Plot profiles{"wall_variation_profiles", "", 900, 460};
-    profiles.commands = grid +
-                        "set xlabel 'piece of artery ω'\nset ylabel 'K/k'\nset yrange [0:2]\nset key outside "
-                        "right top\nset object 1 rectangle from graph 0,first 0.5 to graph 1,first 1.5 "
-                        "behind fc rgb '#f2f2f2' fs noborder\nplot ";
-    for (int r = 1; r <= examples; ++r)
-        profiles.curve(fmt::format(
-            "'wall_variation_profiles.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 1.5 lc rgb "
-            "'{}' title 'realisation {}'",
-            r, wall_variation_colours[r - 1], r));
-    profiles.commands += "\n";
-    profiles.caption =
-        "The first of the random walls, stiffness along the artery (the paper's Fig. 14); shaded, ± 50 %: " +
-        where(s) + ".";
-    plots.push_back(profiles);
-
-    io::Plot stiffness{"wall_variation_stiffness", "", 800, 460};
-    stiffness.commands = grid +
-                         "set style fill solid 0.8 noborder\nset xlabel 'K/k'\nset ylabel 'density'\nset "
-                         "xrange [0:2]\nset yrange [0:*]\n"
-                         "set key top left Left reverse\nset arrow 1 from 0.5, graph 0 to 0.5, graph 0.7 "
-                         "nohead dt 2\nset arrow 2 from 1.5, graph 0 to 1.5, graph 0.7 nohead dt 2\nset "
-                         "label 1 'published: 96.6 % between' at 1.98, graph 0.76 right\n"
-                         "plot 'wall_variation_stiffness.csv' skip 1 using 1:2 with boxes lc rgb '#56B4E9' "
-                         "title 'measured', \\\n"
-                         "     exp(-0.5*((x-1.0012)/0.236)**2)/(0.236*sqrt(2*pi)) with lines lw 2 lc rgb "
-                         "'black' title 'normal, published mean and deviation'\n";
-    stiffness.caption = fmt::format(
-        "Density of the wall's stiffness in {} realisations (the paper's Fig. 15): G = {} terms, Ω = {}.",
-        realisations, physics::published_terms, s.size.pieces_of_artery);
-    plots.push_back(stiffness);
-
-    io::Plot running{"wall_variation_running", "", 1100, 800};
-    running.commands =
-        grid +
-        "set multiplot layout 3,2 columnsfirst\nset ylabel 'd [µm]'\nset key top right\nset yrange [*:*]\n";
-    for (std::size_t tube = 0; tube < both.size(); ++tube)
-        for (std::size_t k = 0; k < s.size.joints.size(); ++k)
-            running.commands += fmt::format(
-                "set title '{2}, joint {0}'\nset xlabel '{1}'\n"
-                "plot 'wall_variation_running.csv' skip 1 using (strcol(1) eq '{2}' && $2 == {0} ? $3 : "
-                "1/0):(1000*$4) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
-                "(strcol(1) eq '{2}' && $2 == {0} ? $3 : 1/0):(1000*$5) with lines lw 1.5 lc rgb '#D55E00' "
-                "title 'rms'\n",
-                s.size.joints[k], k + 1 == s.size.joints.size() ? "realisations" : "", both[tube].name);
-    running.commands += "unset multiplot\n";
-    running.caption =
-        "Mean and rms of the lateral deviation against the number of realisations (the paper's Fig. 16), in "
-        "both tubes. " +
-        where(s) + ".";
-    plots.push_back(running);
-
-    io::Plot joints{"wall_variation_joints", "", 1100, 460};
-    joints.commands =
-        grid +
-        "set multiplot layout 1,2\nset xlabel 'joint i'\nset ylabel 'deviation d_i [µm]'\nset key top left\n";
-    for (std::size_t tube = 0; tube < both.size(); ++tube)
-        joints.commands += fmt::format(
-            "set title '{0}'\nplot 'wall_variation_joints.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : "
-            "1/0):(1000*$3) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
-            "(strcol(1) eq '{0}' ? $2 : 1/0):(1000*$4) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
-            both[tube].name);
-    joints.commands += "unset multiplot\n";
-    joints.caption = fmt::format(
-        "Mean and rms of the lateral deviation of each joint in {} realisations (the paper's Fig. 17), in "
-        "both tubes. {}.",
-        realisations, where(s));
-    plots.push_back(joints);
-
-    io::Plot density{"wall_variation_deviation", "", 900, 480};
-    density.commands = grid +
-                       "set xlabel 'lateral deviation d [µm]'\nset ylabel 'density [1/µm]'\nset logscale "
-                       "y\nset format y '10^{%L}'\nset yrange [1e-5:*]\nset key top right\nset object 1 "
-                       "rectangle from -5, graph 0 to 5, graph 1 behind fc rgb '#e3e3e3' fs noborder\nset "
-                       "label 1 'published: ± 5 µm or less' at 7, graph 0.94 left\nplot ";
-    for (std::size_t tube = 0; tube < both.size(); ++tube)
-        density.curve(fmt::format(
-            "'wall_variation_deviation.csv' skip 1 using (strcol(1) eq '{}' && $3 > 0 ? 1000*$2 : "
-            "1/0):($3/1000) with steps lw 2 lc rgb '{}' title '{}'",
-            both[tube].name, tube_colours[tube], both[tube].name));
-    density.commands += "\n";
-    density.caption = fmt::format(
-        "Density of the lateral deviation of all joints in {} realisations (the paper's Fig. 18): the tube "
-        "that has Fig. 13's energies moves its wire further than published, a gently bent one less. {}.",
-        realisations, where(s));
-    plots.push_back(density);
-    return plots;
+    TemplateRows running, tubes, coloured;
+    for (const WallSetting& tube : both) {
+        for (const int joint : s.size.joints)
+            running.push_back({{"tube", tube.name},
+                               {"joint", joint},
+                               {"label", joint == s.size.joints.back() ? "realisations" : ""}});
+        tubes.push_back({{"tube", tube.name}});
+        coloured.push_back({{"tube", tube.name}, {"colour", coloured.empty() ? "#D55E00" : "#0072B2"}});
+    }
+    const auto example = [](std::size_t k) -> TemplateValues {
+        return {{"number", k + 1}, {"colour", wall_variation_colours[k]}};
+    };
+    return {filled_plot("wall_variation_profiles", 900, 460,
+                        {{"where", where(s)}, {"examples", rows_of(examples, example)}}),
+            filled_plot("wall_variation_stiffness", 800, 460,
+                        {{"realisations", realisations},
+                         {"terms", physics::published_terms},
+                         {"pieces", s.size.pieces_of_artery}}),
+            filled_plot("wall_variation_running", 1100, 800, {{"where", where(s)}, {"panels", running}}),
+            filled_plot("wall_variation_joints", 1100, 460,
+                        {{"realisations", realisations}, {"where", where(s)}, {"tubes", tubes}}),
+            filled_plot("wall_variation_deviation", 900, 480,
+                        {{"realisations", realisations}, {"where", where(s)}, {"tubes", coloured}})};
 }
 
 StudyResult finish(const StudyOptions& options, const Rows& rows) {
@@ -404,16 +338,17 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
             density.add({here.name, row[0], row[1]});
     }
     result.plots = pictures(both, rows.size());
-    result.page = claims_page(
-        "wall-variation", "How far an uneven wall moves the wire",
-        fmt::format(
-            "Two tubes, {} realisations each, random numbers of seed {}, those of a realisation from its "
-            "number alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
-            "(gradient over C {:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- "
-            "*{}*: {}; the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
-            realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
-            where(both[0]), published_piece, both[1].name, where(both[1])),
-        result, options);
+    result.page = filled_page("wall-variation",
+                              {{"realisations", realisations},
+                               {"seed", options.seed},
+                               {"gradient0", both[0].rest.gradient},
+                               {"gradient1", both[1].rest.gradient},
+                               {"name0", both[0].name},
+                               {"where0", where(both[0])},
+                               {"piece", published_piece},
+                               {"name1", both[1].name},
+                               {"where1", where(both[1])}},
+                              result, options);
     result.tables = {std::move(profiles),
                      density_table("wall_variation_stiffness", "_stiffness_over_k", stiffness, 0, 2, 100),
                      running_table(both, rows), std::move(joints), std::move(density)};

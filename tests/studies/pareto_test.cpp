@@ -5,7 +5,6 @@
 #include <set>
 
 #include "engine/studies/pareto_measure.h"
-#include "engine/studies/pareto_tables.h"
 #include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 
