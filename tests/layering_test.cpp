@@ -86,7 +86,7 @@ const std::map<std::string, Names> third_party = {
      {"app", "app/json.h", "engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import",
       "engine/episode", "engine/exercise", "engine/room", "engine/run", "engine/studies"}},
     {"CLI", {"app", "app/arguments.h"}},
-    {"pybind11", {"app/python"}},
+    {"pybind11", {"app/python", "app/python/episodes.h", "app/python/values.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
 const Names posix = {"fcntl.h",    "semaphore.h", "spawn.h",    "sys/file.h",

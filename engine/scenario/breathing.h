@@ -72,8 +72,6 @@ public:
     double depth(double time, const VesselMotion&) const;
     State state() const { return state_; }
     double held_for() const { return state_ == State::Held ? since_ : 0; }  // [s]
-    /// Whether the breath ever was held, or is to be.
-    bool was_held() const { return state_ != State::Free || behind_ != 0 || pending_ != Event::None; }
 
     void state(geometry::StateStream& s) {
         s(state_, pending_, behind_, held_at_, since_);

@@ -59,8 +59,6 @@ public:
     static int least_updates(const Chain& wire) { return 16 * wire.segments(); }
     /// Push that the shaft of the wire, or of one of its devices, passes on [N]; infinity = any.
     double passes_on(const Chain&, int device = 0) const;
-    /// The wire at rest where the current motion began.
-    const Chain& last_rest() const { return rest_; }
 
     /// Report of the last relaxation.
     const RelaxReport& last_report() const { return relaxer_.last_report(); }

@@ -55,8 +55,6 @@ public:
     void look_from(int first) { terms_.first = first; }
     /// Whether the gains are those of the whole wire at rest, as answer() needs.
     bool answers() const { return answers_; }
-    /// To be called when what the gains were made of has changed.
-    void forget_answer() { answers_ = false; }
     /// The gradient becomes that of the chain as it is now, which has only been fed or turned since.
     void update_slopes(const Chain& chain, const ContactSet& contacts) {
         physics::update_slopes(chain, contacts.contacts(), directors, terms_);

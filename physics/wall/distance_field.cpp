@@ -142,9 +142,6 @@ const CentrelineTree& DistanceField::tree() const {
 double DistanceField::spacing() const {
     return data_->spacing;
 }
-int DistanceField::sheets() const {
-    return static_cast<int>(data_->fields.size());
-}
 std::size_t DistanceField::bytes() const {
     std::size_t sum = 0;
     for (const SheetField& field : data_->fields) sum += field.bytes();

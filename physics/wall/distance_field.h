@@ -63,7 +63,6 @@ public:
     const CentrelineTree& tree() const;
     double spacing() const;     // the finest of the grids [mm]
     std::size_t bytes() const;  // of the grids
-    int sheets() const;
 
     /// Estimates the field that the constructor would make; the bytes are rough.
     static FieldEstimate estimate(std::span<const CentrelineBranch>, const DistanceFieldOptions& = {});

@@ -80,8 +80,4 @@ double held_back(const Chain& chain, int which, const DeviceSpec& spec) {
     return held;
 }
 
-double give_of_shaft(const Device& device, const DeviceSpec& spec) {
-    return spec.twists() ? torsional_give(spec, 0, std::max(device.inserted, 1.0) + device.outside) : 0.0;
-}
-
 }  // namespace physics

@@ -30,8 +30,4 @@ void change_torsion(Chain&, int device, const DeviceSpec& spec, Torsion);
 /// [rad].
 double held_back(const Chain&, int device, const DeviceSpec& spec);
 
-/// Twist of a shaft by 1 N·mm at its distal end: of all that is inside and up to the hand. 0 for one that is
-/// torsionally rigid [1/(N·mm)].
-double give_of_shaft(const Device&, const DeviceSpec& spec);
-
 }  // namespace physics

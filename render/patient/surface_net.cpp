@@ -1,3 +1,5 @@
+#include "physics/geometry/surface_net.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -55,9 +57,6 @@ public:
             }
         }
         const std::vector<int> kept = merged(placed, inner, mesh.vertices);
-        const auto add = [&](int a, int b, int c) {
-            if (a != b && b != c && c != a) mesh.triangles.push_back({a, b, c});
-        };
         for (int z = 1; z + 1 < size_[2]; ++z) {
             for (int y = 1; y + 1 < size_[1]; ++y) {
                 for (int x = 1; x + 1 < size_[0]; ++x) {
@@ -66,16 +65,10 @@ public:
                     for (int axis = 0; axis < 3; ++axis) {
                         if (here == (values[node + step[axis]] < 0)) continue;
                         const std::size_t u = step[(axis + 1) % 3], v = step[(axis + 2) % 3];
-                        std::array<int, 4> quad = {kept[vertex[node - u - v]], kept[vertex[node - v]],
-                                                   kept[vertex[node]], kept[vertex[node - u]]};
-                        if (!here) std::swap(quad[1], quad[3]);
-                        const auto length = [&](int a, int b) {
-                            return (mesh.vertices[quad[a]] - mesh.vertices[quad[b]]).squaredNorm();
-                        };
-                        const int first = length(0, 2) <= length(1, 3) ? 0 : 1;
-                        const auto at = [&](int k) { return quad[(first + k) % 4]; };
-                        add(at(0), at(1), at(2));
-                        add(at(0), at(2), at(3));
+                        geometry::add_quad(mesh,
+                                           {kept[vertex[node - u - v]], kept[vertex[node - v]],
+                                            kept[vertex[node]], kept[vertex[node - u]]},
+                                           here);
                     }
                 }
             }
@@ -224,26 +217,18 @@ private:
     /// The mean of the places where the surface crosses the cell's edges, then a step onto the surface.
     Placed place(const std::vector<float>& values, std::size_t first, const std::size_t* step,
                  const std::array<int, 3>& cell, bool core_surface) const {
-        Vec3 sum = Vec3::Zero(), slope = Vec3::Zero();
-        int count = 0;
+        const auto value = [&](int c) {
+            return values[first + (c & 1) + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]];
+        };
+        Vec3 slope = Vec3::Zero();
         bool known = true;
         for (int c = 0; c < 8; ++c) {
-            const float a = values[first + (c & 1) + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]];
-            known = known && std::abs(a) < far;
-            for (int axis = 0; axis < 3; ++axis) {
-                if (c >> axis & 1) continue;
-                const int other = c | 1 << axis;
-                const float b =
-                    values[first + (other & 1) + (other >> 1 & 1) * step[1] + (other >> 2) * step[2]];
-                slope[axis] += b - a;
-                if ((a < 0) == (b < 0)) continue;
-                Vec3 at(c & 1, c >> 1 & 1, c >> 2);
-                at[axis] += a / (a - b);
-                sum += at;
-                ++count;
-            }
+            known = known && std::abs(value(c)) < far;
+            for (int axis = 0; axis < 3; ++axis)
+                if (!(c >> axis & 1)) slope[axis] += value(c | 1 << axis) - value(c);
         }
-        const Vec3 p = node(cell[0], cell[1], cell[2]) + cell_ / count * sum;
+        const geometry::Crossings crossings = geometry::crossings_of(value);
+        const Vec3 p = node(cell[0], cell[1], cell[2]) + cell_ / crossings.count * crossings.sum;
         const double steepness = slope.norm() / (4.0 * cell_);
         const Vec3 normal = known && steepness > 0.1 ? Vec3(slope.normalized()) : Vec3(Vec3::Zero());
         if (normal.isZero()) return {p, normal, cell};

@@ -5,7 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <libdeflate.h>
+#include <memory>
+#include <new>
 #include <png.h>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -25,9 +28,15 @@ struct Kind {
     int bits;  // of a channel
     const char* name;
 };
-constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, 8, "grey"};
-constexpr Kind deep_grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_LINEAR_Y, 16, "grey"};
-constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, 8, "colour"};
+constexpr Kind kind_of(const GrayImage&) {
+    return {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, 8, "grey"};
+}
+constexpr Kind kind_of(const DeepImage&) {
+    return {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_LINEAR_Y, 16, "grey"};
+}
+constexpr Kind kind_of(const ColourImage&) {
+    return {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, 8, "colour"};
+}
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -90,8 +99,20 @@ const std::uint8_t* pixel_bytes(const DeepImage& image) {
     return bytes.data();
 }
 
+/// Appends a zlib stream of a panel's rows, whose text and lines repeat.
+void deflate_panel(std::span<const std::uint8_t> rows, Bytes& to) {
+    constexpr int quick = 1;
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(quick), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    const std::size_t start = to.size(), most = libdeflate_zlib_compress_bound(compressor.get(), rows.size());
+    to.resize(start + most);
+    to.resize(start + libdeflate_zlib_compress(compressor.get(), rows.data(), rows.size(), &to[start], most));
+}
+
 template <class Image>
-Bytes encode_image(const Image& image, const Kind& kind) {
+Bytes encode_image(const Image& image) {
+    const Kind kind = kind_of(image);
     if (image.width < 1 || image.height < 1 ||
         image.pixels.size() != static_cast<std::size_t>(image.width) * image.height * kind.channels) {
         throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
@@ -109,8 +130,10 @@ Bytes encode_image(const Image& image, const Kind& kind) {
         // Bits, colour; the only compression, the only filtering; no interlace.
         bytes.insert(bytes.end(), {static_cast<std::uint8_t>(kind.bits), type, 0, 0, 0});
     });
-    append_chunk(bytes, "IDAT",
-                 [&] { deflate_noise(averaged(pixel_bytes(image), row, image.height, apart), bytes); });
+    append_chunk(bytes, "IDAT", [&] {
+        const Bytes& rows = averaged(pixel_bytes(image), row, image.height, apart);
+        kind.channels == 1 ? deflate_noise(rows, bytes) : deflate_panel(rows, bytes);
+    });
     append_chunk(bytes, "IEND", [] {});
     return bytes;
 }
@@ -127,7 +150,8 @@ std::string finding(const png_image& png) {
 }
 
 template <class Image>
-Image read_image(const std::filesystem::path& path, const Kind& kind) {
+Image read_image(const std::filesystem::path& path) {
+    const Kind kind = kind_of(Image{});
     errno = 0;
     std::ifstream file(path, std::ios::binary);
     if (!file) refuse(path, "cannot be read: " + std::generic_category().message(errno != 0 ? errno : EIO));
@@ -166,23 +190,23 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
 }  // namespace
 
 std::vector<std::uint8_t> encode_png(const GrayImage& image) {
-    return encode_image(image, grey);
+    return encode_image(image);
 }
 std::vector<std::uint8_t> encode_png(const DeepImage& image) {
-    return encode_image(image, deep_grey);
+    return encode_image(image);
 }
 std::vector<std::uint8_t> encode_png(const ColourImage& image) {
-    return encode_image(image, colour_png);
+    return encode_image(image);
 }
 
 GrayImage read_png(const std::filesystem::path& path) {
-    return read_image<GrayImage>(path, grey);
+    return read_image<GrayImage>(path);
 }
 DeepImage read_deep_png(const std::filesystem::path& path) {
-    return read_image<DeepImage>(path, deep_grey);
+    return read_image<DeepImage>(path);
 }
 ColourImage read_colour_png(const std::filesystem::path& path) {
-    return read_image<ColourImage>(path, colour_png);
+    return read_image<ColourImage>(path);
 }
 
 }  // namespace render

@@ -94,12 +94,11 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
         const int mesh = static_cast<int>(layer);
         if (mixed && !tissue.takes_contrast && !tissue.perfused) {
             Field& length = mixture(tissue);
-            pose.unbalanced_pixels += renderer.accumulate(mesh, arm, length);
+            renderer.accumulate(mesh, arm, length);
             add_lengths(tissue.lumps, arm, length);
             continue;
         }
         PathLengthRenderer::Result path = renderer.render(mesh, arm);
-        pose.unbalanced_pixels += path.unbalanced_pixels;
         add_lengths(tissue.lumps, arm, path.length);
         if (mixed) add(path.length, mixture(tissue));
         if (tissue.perfused) pose.organs[mesh] = SparseLength(path.length);

@@ -50,7 +50,6 @@ struct PoseImages {
     std::map<int, SparseLength> organs;     // through each perfused layer
     std::optional<ContrastMatrix> vessels;  // made when contrast first needs it
     std::optional<DistalMatrix> distal;     // the same
-    int unbalanced_pixels = 0;
 };
 
 /// Images that depend on the tube voltage as well.

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <vector>
 
-#include "physics/geometry/parallel.h"
 #include "physics/geometry/random.h"
 #include "render/picture/filter.h"
 
@@ -15,7 +14,6 @@ namespace {
 
 constexpr float fewest_for_normal = 25.0f;    // quanta
 constexpr float fewest_for_expansion = 4.0f;  // quanta
-constexpr int fewest_rows = 64;               // that a thread of its own is worth
 
 /// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
 /// lookup alone would end at 3.7 standard deviations and be visibly discrete.
@@ -95,18 +93,19 @@ float PixelNoise::quanta(float mean, std::uint64_t bits) {
     return count_from(mean, normal(bits, 0));
 }
 
-namespace {
-
-/// Reads out rows of an image in place; `first_row`: of these in the whole image.
-void read_rows(Field& rows, int first_row, double sigma, float electronic, const PixelNoise& noise) {
+Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
+               std::uint64_t frame) {
+    const PixelNoise noise(seed, frame);
+    const double sigma = detector.scintillator_blur / pixel_width;
+    const auto electronic = static_cast<float>(detector.electronic_noise);
     const auto& table = quantiles();
-    const std::size_t width = rows.width;
+    const std::size_t width = expected.width;
     // A pixel's bits are used twice: the part for the electronics waits until the row has been blurred.
     const int waiting = blur_reach(sigma) + 1;
     std::vector<float> counted(width), added(waiting * width);
     const auto added_to = [&](int row) { return added.data() + row % waiting * width; };
     const auto count = [&](int row, std::span<float> values) {
-        const std::size_t first = static_cast<std::size_t>(row + first_row) * width;
+        const std::size_t first = static_cast<std::size_t>(row) * width;
         float* const later = added_to(row);
         for (std::size_t i = 0; i < width; ++i) {
             const std::uint64_t bits = noise.bits(first + i);
@@ -131,37 +130,8 @@ void read_rows(Field& rows, int first_row, double sigma, float electronic, const
         const float* const own = added_to(row);
         for (std::size_t i = 0; i < width; ++i) values[i] += electronic * own[i];
     };
-    blur(rows, sigma, count, electronic > 0.0f ? ForRow(add) : ForRow());
-}
-
-}  // namespace
-
-Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
-               std::uint64_t frame, int threads) {
-    const PixelNoise noise(seed, frame);
-    const double sigma = detector.scintillator_blur / pixel_width;
-    const auto electronic = static_cast<float>(detector.electronic_noise);
-    const int height = expected.height, reach = blur_reach(sigma);
-    const int bands = std::clamp(height / fewest_rows, 1, std::max(threads, 1));
-    if (bands == 1) {
-        read_rows(expected, 0, sigma, electronic, noise);
-        return expected;
-    }
-    // Each band is read with the rows beyond that its own reach, which another thread reads as well.
-    const std::size_t width = expected.width;
-    Field result(expected.width, height);
-    geometry::for_each_index(bands, threads, [&](int band) {
-        const int top = height * band / bands, bottom = height * (band + 1) / bands;
-        const int from = std::max(0, top - reach), to = std::min(height, bottom + reach);
-        const auto row_of = [width](auto& field, int row) { return field.values.data() + row * width; };
-        Field rows;
-        rows.width = expected.width;
-        rows.height = to - from;
-        rows.values.assign(row_of(expected, from), row_of(expected, to));
-        read_rows(rows, from, sigma, electronic, noise);
-        std::copy(row_of(rows, top - from), row_of(rows, bottom - from), row_of(result, top));
-    });
-    return result;
+    blur(expected, sigma, count, electronic > 0.0f ? ForRow(add) : ForRow());
+    return expected;
 }
 
 }  // namespace render

@@ -36,8 +36,8 @@ private:
 
 /// Draws quanta at random around their expectation, then spreads the light, then adds electronic noise. The
 /// result has the shape of `expected`. The order matters: noise that the scintillator has not blurred looks
-/// like sand. The same for any number of threads.
+/// like sand.
 Field read_out(Field expected, double pixel_width, const DetectorSpec&, std::uint64_t seed,
-               std::uint64_t frame, int threads = 1);
+               std::uint64_t frame);
 
 }  // namespace render

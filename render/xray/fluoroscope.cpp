@@ -182,7 +182,6 @@ std::vector<std::string> problems(const Exposure& exposure) {
 
 struct Fluoroscope::State {
     FluoroscopeConfig config;
-    int threads = 1;
     ExposureMeter meter;
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
@@ -460,7 +459,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
 
 Field Fluoroscope::read(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
     return read_out(expected_quanta(arm, devices, exposure), pixel_width(arm), state_->config.detector,
-                    exposure.seed, exposure.frame, state_->threads);
+                    exposure.seed, exposure.frame);
 }
 
 const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
@@ -478,10 +477,6 @@ bool Fluoroscope::draw_ahead(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     return state_->pose && state_->pose->arm == arm &&
            state_->phases->draw_ahead(exposure, state_->beam(exposure.kvp), state_->posed());
-}
-
-void Fluoroscope::use_threads(int threads) {
-    state_->threads = std::max(1, threads);
 }
 
 Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposure& exposure) {
@@ -550,10 +545,6 @@ std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm
         if (!tissue.lumps.empty()) add_lengths(tissue.lumps, seen, lengths.back().length);
     }
     return lengths;
-}
-
-int Fluoroscope::unbalanced_pixels() const {
-    return state_->pose ? state_->pose->unbalanced_pixels : 0;
 }
 
 }  // namespace render

@@ -147,9 +147,6 @@ public:
     /// is time: frames are the same with and without.
     bool draw_ahead(const CArm&, const Exposure&);
 
-    /// Shares the rows of large images among threads; the images are the same for any number of them.
-    void use_threads(int);
-
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;
 
@@ -179,10 +176,6 @@ public:
         Field length;  // [mm], arm.pixels squared
     };
     std::vector<LayerLength> layer_lengths(const CArm&, const Exposure&);
-
-    /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the
-    /// source.
-    int unbalanced_pixels() const;
 
 private:
     struct State;

@@ -99,7 +99,6 @@ OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
     : std::runtime_error("the mesh '" + name + "' is open: " + std::to_string(edges) + " unmatched edges, " +
                          std::to_string(pixels) +
                          " pixels whose ray enters and leaves unequally often; close it first"),
-      name_(name),
       edges_(edges),
       pixels_(pixels) {}
 

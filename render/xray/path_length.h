@@ -23,12 +23,10 @@ class OpenMeshError : public std::runtime_error {
 public:
     OpenMeshError(const std::string& name, int edges, int pixels);
 
-    const std::string& mesh_name() const { return name_; }
     int edges() const { return edges_; }    // unmatched
     int pixels() const { return pixels_; }  // pixels whose ray enters and leaves unequally often
 
 private:
-    std::string name_;
     int edges_ = 0;
     int pixels_ = 0;
 };

@@ -302,7 +302,7 @@ NOWHERE = [[wrong if i == k else 1.0 for i in range(3)] for k in range(3)
 
 
 @pytest.mark.parametrize("do, says", [
-    (lambda sim: sim.step(float("nan")), "advance_mm: nan mm was given; -500"),
+    (lambda sim: sim.step(float("nan")), "advance_mm: nan mm was given; expected -500"),
     (lambda sim: sim.step(rotate_deg=1e9), "rotate_deg"),
     (lambda sim: sim.step(frames=0), "frames: 0"),
     (lambda sim: sim.step(1, device="probe"), "'all', found 'probe'; the scenario has 'wire' (0)"),

@@ -6,11 +6,11 @@
 #include <map>
 
 #include "engine/author/attempt.h"
-#include "engine/author/search.h"
 #include "engine/exercise/exercise.h"
 #include "engine/scenario/exercise_folders.h"
 #include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
+#include "tests/studies/course_search.h"
 
 namespace {
 
@@ -36,11 +36,12 @@ TEST_P(PatientsOfExercises, ACourseToTheTargetIsFoundAndPlayed) {
     const scenario::Scenario scenario = scenario::load_scenario(
         test::asset("scenarios/" + name + ".toml"), test::asset("devices"), {}, std::to_string(number));
     const exercise::Exercise start(scenario, false, test::cache());
-    const auto course = author::find_course(start);
+    const auto course = test::find_course(start);
     ASSERT_TRUE(course);
     exercise::Exercise again(start);
-    const author::Attempt played = author::attempt(again, course->script, author::exact_hand, 0);
-    EXPECT_TRUE(played.score.completed) << course->text;
+    const author::Attempt played =
+        author::attempt(again, script::parse_commands(*course, "search"), author::exact_hand, 0);
+    EXPECT_TRUE(played.score.completed) << *course;
     EXPECT_TRUE(played.defects.empty());
 }
 

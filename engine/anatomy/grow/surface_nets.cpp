@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "physics/geometry/parallel.h"
+#include "physics/geometry/surface_net.h"
 
 namespace anatomy {
 namespace {
@@ -240,20 +241,9 @@ private:
     }
     /// Mean of the places where the surface crosses the cell's edges, from the cell's first node [mm].
     Vec3 crossing(int x, int y, int z) const {
-        Vec3 sum = Vec3::Zero();
-        int count = 0;
-        for (int c = 0; c < 8; ++c) {
-            for (int axis = 0; axis < 3; ++axis) {
-                const int other = c | 1 << axis;
-                const double a = value(x, y, z, c), b = value(x, y, z, other);
-                if (other == c || (a < 0) == (b < 0)) continue;
-                Vec3 place(c & 1, c >> 1 & 1, c >> 2);
-                place[axis] += a / (a - b);
-                sum += place;
-                ++count;
-            }
-        }
-        return lumen_.cell() * sum / count;
+        const geometry::Crossings found =
+            geometry::crossings_of([&](int c) { return static_cast<double>(value(x, y, z, c)); });
+        return lumen_.cell() * found.sum / found.count;
     }
     /// The corner in a cell that is up to one block away.
     int corner_at(int b, int x, int y, int z) const {
@@ -277,14 +267,7 @@ private:
                 cell[v] += around[k][1];
                 quad[k] = corner_at(b, cell[0], cell[1], cell[2]);
             }
-            if (here >= 0) std::swap(quad[1], quad[3]);
-            const auto length = [&](int p, int q) {
-                return (mesh.vertices[quad[p]] - mesh.vertices[quad[q]]).squaredNorm();
-            };
-            const int first = length(0, 2) <= length(1, 3) ? 0 : 1;
-            const auto at = [&](int k) { return quad[(first + k) % 4]; };
-            mesh.triangles.push_back({at(0), at(1), at(2)});
-            mesh.triangles.push_back({at(0), at(2), at(3)});
+            geometry::add_quad(mesh, quad, here < 0);
         }
     }
 

@@ -43,7 +43,6 @@ TEST(Breathing, IsFreeUntilItIsAskedFor) {
     Patient patient;
     EXPECT_EQ(patient.until_event(1000), Event::None);
     EXPECT_EQ(patient.breathing.clock(patient.time()), patient.time());
-    EXPECT_FALSE(patient.breathing.was_held());
 }
 
 TEST(Breathing, IsHeldAfterBreathingOutAndGoesOnFromThere) {

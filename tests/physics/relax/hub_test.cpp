@@ -126,10 +126,8 @@ TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
     hub.settle(wire, all_it_takes);
     Chain whole = wire;
     other.settle(whole, all_it_takes);
-    const Chain before = wire;
     HubReport report = hub.move(wire, {0, Hub::largest_turn}, 1);
     ASSERT_EQ(report.outcome, Outcome::Working);
-    EXPECT_EQ(hub.last_rest().tangents, before.tangents);
     int calls = 0;
     for (; hub.working() && calls < 100; ++calls) report = hub.resume(wire, 1);
     EXPECT_EQ(report.outcome, Outcome::AtRest);

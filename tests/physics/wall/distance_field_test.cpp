@@ -384,7 +384,6 @@ TEST(DistanceField, KeepsTheLimbsOfATightBendApart) {
         anatomy::Run{12}, anatomy::Arc{2.1, std::numbers::pi, Vec3::UnitZ()}, anatomy::Run{12}};
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("loop", anatomy::draw(path), 2.0, 64, 0.2);
     const DistanceField field = field_of(anatomy);
-    EXPECT_GT(field.sheets(), 1);
     const int station = ask(field, {3, 0, 0}).station;
     for (double y : {1.9, 2.0, 2.1, 2.3}) {
         EXPECT_NEAR(ask(field, {3, y, 0}, station).penetration, y - 2, 0.01) << y;

@@ -36,19 +36,6 @@ TEST(Detector, NoiseHasTheVarianceOfAPoissonCount) {
     }
 }
 
-TEST(Detector, AnyNumberOfThreadsReadsTheSameBits) {
-    for (const int size : {1, 63, 130, 300}) {
-        Field expected(size, size);
-        for (int i = 0; i < size * size; ++i) expected.values[i] = static_cast<float>(i % 97) * 0.7f;
-        for (const double pixel : {0.05, 0.29, 2.0}) {
-            const Field one = render::read_out(expected, pixel, {}, 4, 9);
-            for (const int threads : {2, 3, 8})
-                ASSERT_EQ(render::read_out(expected, pixel, {}, 4, 9, threads).values, one.values)
-                    << size << ' ' << pixel << ' ' << threads;
-        }
-    }
-}
-
 TEST(Detector, CountsOfFewQuantaAreDistributedLikePoissons) {
     // The share of counts up to each number: 300 000 counts stray by 0.003 at most, three times in four
     // thousand (Kolmogorov).

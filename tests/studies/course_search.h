@@ -1,20 +1,26 @@
-#include "engine/author/search.h"
+#pragma once
+/// A course to the target, found by trying: is an exercise possible at all?
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <queue>
 #include <set>
+#include <string>
 #include <tuple>
 #include <vector>
 
 #include "engine/anatomy/vessel_ways.h"
+#include "engine/exercise/exercise.h"
+#include "engine/script/command.h"
 
-namespace author {
-namespace {
+namespace test::course {
 
 constexpr double frame_push = 1.5, frame_turn = 15;  // of one frame [mm], [degrees]
+constexpr double push = 6;                           // of one step [mm]
+constexpr int most_steps = 1500;                     // that are tried in all
 constexpr int longest_wait = 45;                     // for a device that lags behind [frames]
 /// A step that brings the tip nearer by this share of the push needs no other tried beside it for now.
 constexpr double good_share = 0.6;
@@ -25,7 +31,7 @@ struct Step {
     double turn = 0, push = 0;  // [degrees], [mm]; < 0 draws back
 };
 /// After the plain push: the other turns, and those after drawing back.
-const std::vector<Step>& other_steps() {
+inline const std::vector<Step>& other_steps() {
     static const std::vector<Step> steps = [] {
         std::vector<Step> made;
         for (const double turn : {45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0}) made.push_back({turn, 1});
@@ -47,17 +53,16 @@ using NodePtr = std::shared_ptr<const Node>;
 
 class Search {
 public:
-    Search(const exercise::Exercise& start, const SearchOptions& options)
-        : exercise_(start), options_(options), held_(exercise_.simulation().scenario().target.device) {}
+    explicit Search(const exercise::Exercise& start)
+        : exercise_(start), held_(exercise_.simulation().scenario().target.device) {}
 
-    std::optional<FoundCourse> run() {
+    std::optional<std::string> run() {
         auto first = std::make_shared<Node>();
         first->state = exercise_.snapshot();
         first->left = left();
         first->frames = exercise_.frame() + 1;
         open(first, 0);
-        while (!open_.empty() && tried_ < options_.most_steps) {
-            if (options_.interrupted && options_.interrupted()) return std::nullopt;
+        while (!open_.empty() && tried_ < most_steps) {
             const Open now = open_.top();
             open_.pop();
             if (const NodePtr end = go_on(now)) return course_to(*end);
@@ -89,15 +94,15 @@ private:
     /// null.
     NodePtr go_on(const Open& now) {
         if (now.times == 0) {
-            const NodePtr next = tried(now.node, {0, options_.push});
+            const NodePtr next = tried(now.node, {0, push});
             if (next && next->reached) return next;
             if (next) open(next, 0);
-            const bool good = next && next->left < now.node->left - good_share * options_.push;
+            const bool good = next && next->left < now.node->left - good_share * push;
             open(now.node, good ? 3 : 1);
             return nullptr;
         }
         for (const Step& step : other_steps()) {
-            const NodePtr next = tried(now.node, {step.turn, step.push * options_.push});
+            const NodePtr next = tried(now.node, {step.turn, step.push * push});
             if (next && next->reached) return next;
             if (next) open(next, 0);
         }
@@ -156,22 +161,16 @@ private:
                 step(simulation.hand(held_).turned / geometry::degree, 45)};
     }
 
-    std::optional<FoundCourse> course_to(const Node& end) const {
+    std::string course_to(const Node& end) const {
         std::vector<const Node*> way;
         for (const Node* node = &end; node; node = node->before.get()) way.push_back(node);
         std::reverse(way.begin(), way.end());
-        FoundCourse found;
-        found.text = "0 beam on\n";
-        for (const Node* node : way) found.text += node->lines;
-        found.text += fmt::format("{} end\n", end.frames - 1);
-        found.script = script::parse_commands(found.text, "search");
-        found.tried = tried_;
-        found.seconds = end.frames / exercise_.simulation().scenario().frame_rate;
-        return found;
+        std::string script = "0 beam on\n";
+        for (const Node* node : way) script += node->lines;
+        return script + fmt::format("{} end\n", end.frames - 1);
     }
 
     exercise::Exercise exercise_;
-    const SearchOptions& options_;
     script::Held held_;
     std::priority_queue<Open> open_;
     std::set<std::tuple<int, int, int, int, int>> known_;
@@ -179,10 +178,16 @@ private:
     bool waits_ = false;
 };
 
-}  // namespace
+}  // namespace test::course
 
-std::optional<FoundCourse> find_course(const exercise::Exercise& start, const SearchOptions& options) {
-    return Search(start, options).run();
+namespace test {
+
+/// A script to the target. Pushes the device that the exercise is about, step by step, and goes on from where
+/// its tip is nearest to the target along the vessels; where a push does not bring it nearer, from where it
+/// was, turned first or drawn back and turned. What injures the wall is no step. `start` must have no images;
+/// the same start gives the same script. Empty: none was found.
+inline std::optional<std::string> find_course(const exercise::Exercise& start) {
+    return course::Search(start).run();
 }
 
-}  // namespace author
+}  // namespace test
