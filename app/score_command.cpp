@@ -120,16 +120,16 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
     print_line("wall force",
                fmt::format("{:.2f} N at most, {:.2f} N on average, {:.1f} s above {:g} N, {:.1f} N s",
                            s.peak_wall_force, s.mean_wall_force, s.time_over_force,
-                           exercise::MishapLimits().force, s.wall_force_impulse));
+                           exercise::HandlingErrorLimits().force, s.wall_force_impulse));
     for (const exercise::WrongBranch& branch : s.wrong_branches)
         print_line("wrong: " + anatomy::clinical_name(branch.name),
                    fmt::format("{} time{}, {:.1f} s", branch.entries, branch.entries == 1 ? "" : "s",
                                branch.seconds));
-    for (const exercise::MishapMark& mark : s.mishaps) {
+    for (const exercise::HandlingErrorMark& mark : s.handling_errors) {
         const auto kind = static_cast<std::size_t>(mark.kind);
         print_line(fmt::format("error at {:.1f} s, frame {}", mark.start, mark.first),
-                   fmt::format("{} ({}, in {})", exercise::mishap_texts[kind], exercise::amount_text(mark),
-                               exercise::place_text(mark)));
+                   fmt::format("{} ({}, in {})", exercise::handling_error_texts[kind],
+                               exercise::amount_text(mark), exercise::place_text(mark)));
     }
     if (!s.teacher.empty()) print_line(exercise::heading_of(s.teacher), exercise::text_of(s.teacher));
 }

@@ -49,7 +49,7 @@ def strings(array, source):
 
 def errors():
     source = (ROOT / "engine/exercise/handling.h").read_text()
-    names = strings("mishap_ids", source), strings("mishap_texts", source), strings("mishap_advice", source)
+    names = strings("handling_error_ids", source), strings("handling_error_texts", source), strings("handling_error_advice", source)
     if len({len(column) for column in names}) != 1:
         raise SystemExit("engine/exercise/handling.h: expected as many texts and advices as errors")
     return {name: (text, advice) for name, text, advice in zip(*names)}

@@ -37,7 +37,7 @@ public:
             c.stiffness = stiffness_ * c.share;
             c.stiffening = Vec3::Zero();
             c.trust = std::max(0.0, -c.penetration);  // it is a distance: nothing nearer is touched
-            c.room = std::max(0.1, wide_ - joints[i].x() * sine_ / cosine_ - radius);
+            c.clearance = std::max(0.1, wide_ - joints[i].x() * sine_ / cosine_ - radius);
             c.station = 0;
         }
     }

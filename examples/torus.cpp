@@ -35,7 +35,7 @@ public:
             c.stiffness = stiffness_ * c.share;
             c.stiffening = Vec3::Zero();
             c.trust = std::max(0.0, -c.penetration);
-            c.room = clearance;
+            c.clearance = clearance;
             c.station = 0;
         }
     }

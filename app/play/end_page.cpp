@@ -30,12 +30,12 @@ void Play::draw_events() {
             if (event.kind == room::LessonEvent::Kind::Comment)
                 wrapped(palette::beam,
                         fmt::format("{}  The teacher: {}", render::clock_text(event.seconds), event.what));
-    if (score.mishaps.empty() && score.wrong_branches.empty()) {
+    if (score.handling_errors.empty() && score.wrong_branches.empty()) {
         if (score.frames > 0) text(palette::good, "No error of handling, no wrong branch.");
         return;
     }
-    for (std::size_t k = 0; k < score.mishaps.size(); ++k) {
-        const exercise::MishapMark& mark = score.mishaps[k];
+    for (std::size_t k = 0; k < score.handling_errors.size(); ++k) {
+        const exercise::HandlingErrorMark& mark = score.handling_errors[k];
         const auto kind = static_cast<std::size_t>(mark.kind);
         ImGui::PushID(static_cast<int>(k));
         if (ImGui::SmallButton(render::clock_text(mark.start).c_str())) {
@@ -43,9 +43,9 @@ void Play::draw_events() {
             review_.go_to(view_->runs, mark.first);
         }
         ImGui::SameLine();
-        wrapped(palette::caution, fmt::format("{}: {}, {}", exercise::mishap_texts[kind],
+        wrapped(palette::caution, fmt::format("{}: {}, {}", exercise::handling_error_texts[kind],
                                               exercise::amount_text(mark), exercise::place_text(mark)));
-        wrapped(palette::label, exercise::mishap_advice[kind]);
+        wrapped(palette::label, exercise::handling_error_advice[kind]);
         ImGui::PopID();
     }
     for (const exercise::WrongBranch& branch : score.wrong_branches)
@@ -54,7 +54,7 @@ void Play::draw_events() {
                             anatomy::clinical_name(branch.name),
                             branch.entries == 1 ? "once" : fmt::format("{} times", branch.entries),
                             branch.seconds));
-    if (!score.mishaps.empty()) wrapped(palette::faint, "A time opens the images of its moment.");
+    if (!score.handling_errors.empty()) wrapped(palette::faint, "A time opens the images of its moment.");
 }
 
 void Play::draw_grade() {

@@ -247,8 +247,8 @@ void Play::draw_strip(const Box& area) {
     const double left = r.contrast_limit.value_or(0) - r.contrast.value_or(0);
     item("CONTRAST", fmt::format("{:.0f} ml", r.contrast.value_or(0)),
          left < 20 ? palette::caution : palette::value);
-    item("ERRORS", std::to_string(score.mishaps.size()),
-         score.mishaps.empty() ? palette::value : palette::caution);
+    item("ERRORS", std::to_string(score.handling_errors.size()),
+         score.handling_errors.empty() ? palette::value : palette::caution);
     if (r.devices.size() > 1 && !session_->options().script) {
         const auto held = [](const std::string& names) { return names.empty() ? "-" : names; };
         item("LEFT", held(r.left_hand));

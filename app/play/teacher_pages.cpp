@@ -104,8 +104,8 @@ void Teacher::draw_figures(const room::View& view) const {
         fmt::format(
             "{:.0f} mm to the target   beam {:.0f} s   {} mGy   contrast {:.0f} of {:.0f} ml   {} error{}",
             view.score.tip_to_target, view.score.beam_on_time, render::figure_text(r.air_kerma, 1),
-            r.contrast.value_or(0), r.contrast_limit.value_or(0), view.score.mishaps.size(),
-            view.score.mishaps.size() == 1 ? "" : "s"));
+            r.contrast.value_or(0), r.contrast_limit.value_or(0), view.score.handling_errors.size(),
+            view.score.handling_errors.size() == 1 ? "" : "s"));
     if (view.tuned) wrapped(palette::alarm, "The model was changed: this attempt has no score.");
 }
 

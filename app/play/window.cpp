@@ -345,11 +345,15 @@ bool Window::can_be_seen() const {
 
 void Window::make_faces(float unit) {
     ImGuiIO& io = ImGui::GetIO();
+#if IMGUI_VERSION_NUM < 19200  // later ones keep the texture up to date by themselves
     ImGui_ImplOpenGL3_DestroyFontsTexture();
+#endif
     io.Fonts->Clear();
     faces_ = render::add_faces(*io.Fonts, unit, render::font_folder());
     io.FontDefault = faces_.fonts[static_cast<std::size_t>(render::Face::Plain)];
+#if IMGUI_VERSION_NUM < 19200
     ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
     ImGuiStyle style;
     ImGui::StyleColorsDark(&style);
     style.WindowRounding = 5;

@@ -112,7 +112,7 @@ PYBIND11_MODULE(_core, m) {
             },
             doc.c_str());
         if (!kind.devices) continue;
-        const auto member = std::get<exercise::OfDevices Reading::*>(field.member);
+        const auto member = std::get<exercise::OfDevices Observation::*>(field.member);
         for (int k = 1; k < script::most_devices; ++k) {
             const auto role = static_cast<script::Held>(k);
             state.def_property_readonly(

@@ -441,7 +441,7 @@ public:
         track_ = py::array_t<double>({n, points, 3});
         track_px_ = py::array_t<double>({n, points, 2});
         // Where they are, for threads that may not touch Python's objects.
-        readings_ = static_cast<Reading*>(records_.mutable_data());
+        readings_ = static_cast<Observation*>(records_.mutable_data());
         places_ = track_.mutable_data();
         pixels_ = track_px_.mutable_data();
         made(std::move(episodes), like.cache());
@@ -697,7 +697,7 @@ private:
     double spacing_ = 0;
     py::array records_;
     py::array_t<double> track_, track_px_;
-    Reading* readings_ = nullptr;
+    Observation* readings_ = nullptr;
     double *places_ = nullptr, *pixels_ = nullptr;
 };
 

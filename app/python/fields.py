@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What follows from the engine's table of fields (engine/exercise/reading.cpp): the attributes in the module's stubs, put
+"""What follows from the engine's table of fields (engine/exercise/observation.cpp): the attributes in the module's stubs, put
 into build/python by the build, and the table in docs/python.md.
 
     PYTHONPATH=build/python /usr/bin/python3 app/python/fields.py --stubs build/python/seldinger/_core.pyi

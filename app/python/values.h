@@ -20,7 +20,7 @@ namespace py = pybind11;
 namespace app {
 
 using episode::Episode;
-using exercise::Reading;
+using exercise::Observation;
 using geometry::Vec3;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
@@ -75,7 +75,7 @@ inline py::array_t<std::uint8_t> array_of(const render::ColourImage& image) {
 }
 
 struct State {
-    Reading reading;
+    Observation reading;
     std::string branch;
     std::uint64_t hash = 0;
     std::vector<script::Held> roles;         // of its devices, innermost first
@@ -113,14 +113,14 @@ struct Kind {
     int size;      // of the record's array; 1 = a number
     bool devices;  // one number of each device
 
-    Kind(std::int64_t Reading::*) : Kind("int", "i8", 1) {}
-    Kind(double Reading::*) : Kind("float", "f8", 1) {}
-    Kind(bool Reading::*) : Kind("bool", "?", 1) {}
-    Kind(exercise::Place Reading::*) : Kind("(3,) float64", "f8", 3) {}
-    Kind(exercise::InImage Reading::*) : Kind("(2,) float64", "f8", 2) {}
-    Kind(exercise::OfDevices Reading::*) : Kind("float", "f8", script::most_devices, true) {}
-    Kind(exercise::Branch Reading::*) : Kind("str", "i8", 1) {}
-    Kind(script::Held Reading::*) : Kind("str", "i4", 1) {}
+    Kind(std::int64_t Observation::*) : Kind("int", "i8", 1) {}
+    Kind(double Observation::*) : Kind("float", "f8", 1) {}
+    Kind(bool Observation::*) : Kind("bool", "?", 1) {}
+    Kind(exercise::Place Observation::*) : Kind("(3,) float64", "f8", 3) {}
+    Kind(exercise::InImage Observation::*) : Kind("(2,) float64", "f8", 2) {}
+    Kind(exercise::OfDevices Observation::*) : Kind("float", "f8", script::most_devices, true) {}
+    Kind(exercise::Branch Observation::*) : Kind("str", "i8", 1) {}
+    Kind(script::Held Observation::*) : Kind("str", "i4", 1) {}
 
 private:
     Kind(const char* as_attribute, const char* in_record, int in_all, bool of_devices = false)
@@ -130,9 +130,9 @@ inline Kind kind_of(const exercise::Field& field) {
     return std::visit([](const auto member) { return Kind(member); }, field.member);
 }
 
-/// A Reading as a record of NumPy.
+/// A Observation as a record of NumPy.
 inline py::dtype record() {
-    static const Reading of;
+    static const Observation of;
     py::list names, formats, offsets;
     for (const exercise::Field& field : exercise::fields()) {
         if (field.name.empty()) continue;
@@ -146,7 +146,7 @@ inline py::dtype record() {
             },
             field.member));
     }
-    return {names, formats, offsets, sizeof(Reading)};
+    return {names, formats, offsets, sizeof(Observation)};
 }
 
 inline std::string described(const std::string& type, std::string_view doc, std::string_view unit) {

@@ -55,9 +55,9 @@ std::vector<std::string> faults_of_solution(const scenario::Scenario& s, const A
     if (!score.completed)
         faults.push_back(
             fmt::format("the target is not reached: the tip is {:.2f} mm away at its nearest", made.nearest));
-    for (const exercise::MishapMark& mark : score.mishaps)
+    for (const exercise::HandlingErrorMark& mark : score.handling_errors)
         faults.push_back(fmt::format("frame {}: {}", mark.first,
-                                     exercise::mishap_texts[static_cast<std::size_t>(mark.kind)]));
+                                     exercise::handling_error_texts[static_cast<std::size_t>(mark.kind)]));
     if (const int wrong = score.wrong_entries(); wrong > 0)
         faults.push_back(fmt::format("{} entries into wrong branches", wrong));
     const scenario::Benchmark& skilled = s.lesson.benchmark;

@@ -105,7 +105,7 @@ std::string time_line(const Story& story) {
     }
     if (!(in_least < in_most)) in_least = in_most - 1;
     const Scale x{0, std::max(last, 0.1), left, width - right};
-    const exercise::MishapLimits limits;
+    const exercise::HandlingErrorLimits limits;
     struct Lane {
         const char* name;
         double least, most, height;
@@ -188,8 +188,8 @@ std::string time_line(const Story& story) {
                                     x(m.seconds), ink::comment, io::html_escaped(comment.text));
     // Marks that would cover one another stand a little apart.
     double beyond = -1e9;
-    for (std::size_t k = 0; k < story.score.mishaps.size(); ++k) {
-        const double at = std::max(x(story.score.mishaps[k].start), beyond + 19);
+    for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k) {
+        const double at = std::max(x(story.score.handling_errors[k].start), beyond + 19);
         text += mark_circle(std::min(at, width - right), 12, k + 1);
         beyond = at;
     }
@@ -266,8 +266,8 @@ std::string way_over_vessels(const Story& story) {
             tx, ty, std::max(4.0, per_mm * story.scenario.target.radius), ink::good);
         // Marks at one place stand beside each other.
         std::vector<std::pair<double, double>> taken;
-        for (std::size_t k = 0; k < story.score.mishaps.size(); ++k) {
-            auto [x, y] = at(story.score.mishaps[k].place);
+        for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k) {
+            auto [x, y] = at(story.score.handling_errors[k].place);
             const auto covered = [&taken, &x = x, &y = y] {
                 return std::any_of(taken.begin(), taken.end(), [&](const auto& other) {
                     return std::hypot(other.first - x, other.second - y) < 17;

@@ -16,7 +16,8 @@ struct ink {
                                 *grid = "#e3e3e3";
 };
 
-/// What the hands and the beam did over time. Marks are numbered as in score.mishaps; each is a link to
+/// What the hands and the beam did over time. Marks are numbered as in score.handling_errors; each is a link
+/// to
 /// "#e" and its number. The group with the id "cursor" is moved by the page's script.
 std::string time_line(const Story&);
 

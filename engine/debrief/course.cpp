@@ -63,7 +63,7 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.travel = score.wire_travel;
     row.force = score.peak_wall_force;
     row.wrong_entries = score.wrong_entries();
-    row.errors = exercise::counts(score.mishaps);
+    row.errors = exercise::counts(score.handling_errors);
     row.air_kerma = score.air_kerma;
     row.area_product = score.area_product;
     row.angiograms = score.angiograms;
@@ -254,7 +254,7 @@ std::vector<std::pair<std::string, Cell>> columns_of(const CourseRow& row, const
                                                          {"wrong_entries", figure(row.wrong_entries)},
                                                          {"errors", figure(row.all_errors())}};
     for (std::size_t kind = 0; kind < row.errors.size(); ++kind)
-        columns.emplace_back(exercise::mishap_ids[kind], figure(row.errors[kind]));
+        columns.emplace_back(exercise::handling_error_ids[kind], figure(row.errors[kind]));
     const PlannedExercise* asked = plan.find(row.exercise);
     const double pass = asked ? asked->pass : plan.pass;
     columns.insert(columns.end(), {{"problem", row.problem},

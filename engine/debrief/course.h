@@ -32,7 +32,7 @@ struct CourseRow {
     double travel = 0;             // [mm]
     double force = 0;              // largest of a joint [N]
     int wrong_entries = 0;
-    std::array<int, exercise::mishap_kinds> errors = {};
+    std::array<int, exercise::handling_error_kinds> errors = {};
     std::string title;                   // of the exercise
     std::optional<Day> day;              // on which it was begun, as it says, or its file was last written
     std::optional<double> air_kerma;     // K_a,r [mGy]

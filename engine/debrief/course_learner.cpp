@@ -9,23 +9,23 @@
 namespace debrief {
 namespace {
 
-using exercise::Mishap;
+using exercise::HandlingError;
 using Rows = std::span<const CourseRow* const>;
 
-constexpr std::size_t first_injury = static_cast<std::size_t>(Mishap::Dissection);
-static_assert(first_injury + 2 == exercise::mishap_kinds, "injuries are the last kinds");
+constexpr std::size_t first_injury = static_cast<std::size_t>(HandlingError::Dissection);
+static_assert(first_injury + 2 == exercise::handling_error_kinds, "injuries are the last kinds");
 
 /// The most frequent kind of error from `first` to before `last`, with its advice.
 Costly most_frequent(Rows rows, std::size_t first, std::size_t last) {
-    std::array<int, exercise::mishap_kinds> sum = {};
+    std::array<int, exercise::handling_error_kinds> sum = {};
     for (const CourseRow* row : rows)
         for (std::size_t k = first; k < last; ++k) sum[k] += row->errors[k];
     const auto most = std::max_element(sum.begin() + static_cast<std::ptrdiff_t>(first),
                                        sum.begin() + static_cast<std::ptrdiff_t>(last));
     if (*most == 0) return {};
     const auto kind = static_cast<std::size_t>(most - sum.begin());
-    return {fmt::format("{} ({} time{})", exercise::mishap_texts[kind], *most, *most == 1 ? "" : "s"),
-            exercise::mishap_advice[kind], 0};
+    return {fmt::format("{} ({} time{})", exercise::handling_error_texts[kind], *most, *most == 1 ? "" : "s"),
+            exercise::handling_error_advice[kind], 0};
 }
 
 double cost_of_injuries(const CourseRow& row) {
@@ -48,7 +48,7 @@ std::vector<Costly> lines_of(Rows rows) {
                         line.points};
         lines.push_back(std::move(line));
     }
-    Costly injuries = most_frequent(rows, first_injury, exercise::mishap_kinds);
+    Costly injuries = most_frequent(rows, first_injury, exercise::handling_error_kinds);
     for (const CourseRow* row : rows) injuries.points += cost_of_injuries(*row);
     lines.push_back(std::move(unseen));
     lines.push_back(std::move(injuries));
@@ -110,7 +110,7 @@ std::vector<Costly> LearnerCourse::costly() const {
     for (const CourseRow* row : recent)
         if (row->costs.size() == exercise::measures().size()) graded.push_back(row);
     if (graded.empty()) {
-        Costly errors = most_frequent(recent, 0, exercise::mishap_kinds);
+        Costly errors = most_frequent(recent, 0, exercise::handling_error_kinds);
         return errors.what.empty() ? std::vector<Costly>() : std::vector<Costly>{errors};
     }
     std::vector<Costly> lines = lines_of(graded);

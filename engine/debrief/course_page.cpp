@@ -235,7 +235,7 @@ std::string errors_text(const CourseRow& row) {
     std::string text;
     for (std::size_t k = 0; k < row.errors.size(); ++k)
         if (row.errors[k] > 0)
-            text += fmt::format("{}{}{}", text.empty() ? "" : "; ", exercise::mishap_texts[k],
+            text += fmt::format("{}{}{}", text.empty() ? "" : "; ", exercise::handling_error_texts[k],
                                 row.errors[k] > 1 ? fmt::format(" ({} times)", row.errors[k]) : "");
     if (text.empty()) text = "none";
     if (!row.teacher.empty())
@@ -328,8 +328,8 @@ std::string errors_table(const Course& course) {
         return all > 0 ? fmt::format("<tr><td>{}</td>{}</tr>", what, cells) : std::string();
     };
     std::string body;
-    for (std::size_t k = 0; k < exercise::mishap_kinds; ++k)
-        body += line(exercise::mishap_texts[k], [k](const CourseRow& row) { return row.errors[k]; });
+    for (std::size_t k = 0; k < exercise::handling_error_kinds; ++k)
+        body += line(exercise::handling_error_texts[k], [k](const CourseRow& row) { return row.errors[k]; });
     body += line("Branches were entered that do not lead to the target",
                  [](const CourseRow& row) { return row.wrong_entries; });
     if (body.empty()) return "<p>None.</p>";

@@ -104,7 +104,7 @@ CoursePlan usual_plan(std::span<const scenario::Scenario> curriculum) {
 
 CoursePlan parse_plan(const std::string& text, const std::string& file, const FindScenario& find,
                       const CoursePlan& usual) {
-    io::Reading reading{file, {}, {}};
+    io::ParseContext reading{file, {}, {}};
     const toml::table root = reading.parse(text);
     io::Section top(reading, &root, "");
     CoursePlan plan;

@@ -130,7 +130,7 @@ const std::vector<Group>& groups() {
            "Forces of all places, added up over time. It grows with time and length inside: compare attempts "
            "at one exercise."},
           {"Errors of handling", "", 0, Row::Lower,
-           [](const Score& s) { return Value(static_cast<double>(s.mishaps.size())); },
+           [](const Score& s) { return Value(static_cast<double>(s.handling_errors.size())); },
            "Each is listed above, with what to do instead. Injuries of the wall are among them."}}}};
     return all;
 }
@@ -238,17 +238,17 @@ std::string grade_table(const exercise::Grade& grade, const Benchmark& benchmark
 }
 
 std::string errors(const Story& story) {
-    const auto& marks = story.score.mishaps;
+    const auto& marks = story.score.handling_errors;
     if (marks.empty()) return "<p>None.</p>";
     std::string text = "<ol class=\"errors\">";
     for (std::size_t k = 0; k < marks.size(); ++k) {
-        const exercise::MishapMark& mark = marks[k];
+        const exercise::HandlingErrorMark& mark = marks[k];
         const auto kind = static_cast<std::size_t>(mark.kind);
         text += fmt::format(
             "<li id=\"row{0}\"><a href=\"#e{0}\"><b>{0}</b>{1}: {2}, from {3:.1f}&nbsp;s (frame {4}), in "
             "{5}</a><small>{6}</small></li>",
-            k + 1, exercise::mishap_texts[kind], exercise::amount_text(mark), mark.start, mark.first,
-            io::html_escaped(exercise::place_text(mark)), exercise::mishap_advice[kind]);
+            k + 1, exercise::handling_error_texts[kind], exercise::amount_text(mark), mark.start, mark.first,
+            io::html_escaped(exercise::place_text(mark)), exercise::handling_error_advice[kind]);
     }
     return text + "</ol>";
 }
@@ -336,8 +336,8 @@ std::string data_of(const Story& story) {
                         m.seconds, m.tip.x(), m.tip.y(), m.tip.z(), m.inserted.front(), m.force, m.to_target);
     }
     text += "],\"marks\":[";
-    for (std::size_t k = 0; k < story.score.mishaps.size(); ++k)
-        text += fmt::format("{}{}", k ? "," : "", story.score.mishaps[k].first);
+    for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k)
+        text += fmt::format("{}{}", k ? "," : "", story.score.handling_errors[k].first);
     return text + "]}";
 }
 
@@ -374,7 +374,7 @@ std::string curves(std::span<const Story> stories) {
     text += curve(
         "Travel", "mm", [](const Score& s) { return Value(s.wire_travel); }, skilled.wire_travel);
     text += curve("Errors of handling", "",
-                  [](const Score& s) { return Value(static_cast<double>(s.mishaps.size())); });
+                  [](const Score& s) { return Value(static_cast<double>(s.handling_errors.size())); });
     text += curve("Largest wall force", "N", [](const Score& s) { return Value(s.peak_wall_force); });
     return text +
            "</div><p class=\"legend\">Attempts in the order in which they were recorded; a cross is one "
@@ -415,8 +415,8 @@ std::string page(std::span<const Story> stories, const Story* expert) {
                 : "<div class=\"missed\">Target not reached</div>";
     text += fmt::format(
         "<div>{} error{} of handling, {:.1f} s of beam, {:.0f} ml of contrast</div></div></header>",
-        story.score.mishaps.size(), story.score.mishaps.size() == 1 ? "" : "s", story.score.beam_on_time,
-        story.score.contrast);
+        story.score.handling_errors.size(), story.score.handling_errors.size() == 1 ? "" : "s",
+        story.score.beam_on_time, story.score.contrast);
     if (!story.differences.empty())
         text += fmt::format(
             "<p class=\"note\">This recording does not lead to the states it states; it was edited, or "

@@ -35,12 +35,12 @@ std::map<int, std::string> key_frames_of(const Story& story) {
     for (const script::Comment& comment : story.comments)
         if (captions.size() < most_key_frames / 2)
             captions.try_emplace(comment.frame, "The teacher: " + comment.text);
-    const auto& marks = story.score.mishaps;
+    const auto& marks = story.score.handling_errors;
     const std::size_t room = most_key_frames - 1 - captions.size();
     const std::size_t shown = std::min(room, marks.size());
     for (std::size_t k = 0; k < shown; ++k) {
-        const exercise::MishapMark& mark = marks[shown == marks.size() ? k : k * marks.size() / shown];
-        captions.try_emplace(mark.first, exercise::mishap_texts[static_cast<std::size_t>(mark.kind)]);
+        const exercise::HandlingErrorMark& mark = marks[shown == marks.size() ? k : k * marks.size() / shown];
+        captions.try_emplace(mark.first, exercise::handling_error_texts[static_cast<std::size_t>(mark.kind)]);
     }
     if (!story.moments.empty())
         captions.try_emplace(story.moments.back().frame,

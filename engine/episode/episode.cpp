@@ -253,7 +253,7 @@ void Episode::aim(const scenario::Target& target) {
 
 Episode::Snapshot Episode::snapshot() const {
     Snapshot made = {exercise_.snapshot(), log_, asked_};
-    if (room_) made.room = geometry::state_of(*room_);
+    if (room_) made.clearance = geometry::state_of(*room_);
     return made;
 }
 
@@ -321,8 +321,8 @@ void Episode::require_no_input(const std::string& what, const std::filesystem::p
     scenario::require_no_input({{what, path}}, simulation().scenario(), std::move(more));
 }
 
-Reading Episode::reading() const {
-    Reading r = reader_.read(exercise_);
+Observation Episode::reading() const {
+    Observation r = reader_.read(exercise_);
     const render::CArm arm = this->arm(simulation().scenario().c_arm.pixels);
     const auto in_image = [&arm](const exercise::Place& place) {
         const render::Pixel pixel = render::project(arm, {place[0], place[1], place[2]});

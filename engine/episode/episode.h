@@ -13,7 +13,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/imaging.h"
-#include "engine/exercise/reading.h"
+#include "engine/exercise/observation.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/script/recording.h"
 #include "render/panel/panel.h"
@@ -21,8 +21,8 @@
 
 namespace episode {
 
+using exercise::Observation;
 using exercise::Reader;
-using exercise::Reading;
 
 /// How an image on demand is made.
 enum class ImageMode {
@@ -104,7 +104,7 @@ public:
     /// exercise does not accept; then no frame was made and nothing has changed: what was asked for stays. An
     /// injection or an exchange that was asked for is judged here, and forgotten when it is not accepted.
     void step(std::span<const script::Command>);
-    Reading reading() const;
+    Observation reading() const;
     const exercise::Exercise& exercise() const { return exercise_; }
     const exercise::Simulation& simulation() const { return exercise_.simulation(); }
     const Reader& reader() const { return reader_; }
@@ -163,7 +163,7 @@ private:
     mutable std::optional<std::uint64_t> hash_;  // of the state as it is
 };
 
-/// A list of numbers of a state, which has no place in a Reading: its length changes.
+/// A list of numbers of a state, which has no place in a Observation: its length changes.
 struct ListField {
     std::string_view name, unit, doc;
     int columns;  // of each row

@@ -43,7 +43,7 @@ struct Add {
 
 std::string to_json(const Episode& episode) {
     const exercise::Simulation& simulation = episode.simulation();
-    const Reading reading = episode.reading();
+    const Observation reading = episode.reading();
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
     Json json;
     for (const exercise::Field& field : exercise::fields()) {

@@ -138,10 +138,10 @@ std::string file_name(std::uint64_t key) {
     return fmt::format("body-{:016x}.bin", key);
 }
 
-struct KeptLump {
-    render::Lump lump;
+struct KeptBlob {
+    render::TextureBlob blob;
     void state(geometry::StateStream& s) {
-        s(lump.middle, lump.axis, lump.radius, lump.elongation, lump.share);
+        s(blob.middle, blob.axis, blob.radius, blob.elongation, blob.share);
     }
 };
 
@@ -156,13 +156,13 @@ struct KeptBody {
             body.layers.resize(std::min<std::uint64_t>(layers, 1000));  // far more than there are
         for (render::TissueLayer& layer : body.layers) {
             std::vector<Eigen::Vector3i> corners;
-            std::vector<KeptLump> lumps;
+            std::vector<KeptBlob> texture_blobs;
             for (const auto& t : layer.mesh.triangles) corners.emplace_back(t[0], t[1], t[2]);
-            for (const render::Lump& lump : layer.lumps) lumps.push_back({lump});
-            s(layer.name, layer.material, layer.inside, layer.mesh.vertices, corners, lumps);
+            for (const render::TextureBlob& blob : layer.texture_blobs) texture_blobs.push_back({blob});
+            s(layer.name, layer.material, layer.inside, layer.mesh.vertices, corners, texture_blobs);
             if (!s.restores()) continue;
             for (const Eigen::Vector3i& c : corners) layer.mesh.triangles.push_back({c[0], c[1], c[2]});
-            for (const KeptLump& kept : lumps) layer.lumps.push_back(kept.lump);
+            for (const KeptBlob& kept : texture_blobs) layer.texture_blobs.push_back(kept.blob);
             layer.closed = true;
         }
     }

@@ -13,8 +13,8 @@ namespace {
 using scenario::Benchmark;
 using Value = std::optional<double>;
 
-int number_of(const Score& score, Mishap kind) {
-    return counts(score.mishaps)[static_cast<std::size_t>(kind)];
+int number_of(const Score& score, HandlingError kind) {
+    return counts(score.handling_errors)[static_cast<std::size_t>(kind)];
 }
 
 /// To six digits: sums of fractions of a frame have more, which say nothing.
@@ -29,8 +29,8 @@ int digits_of(const Measure& measure, double value) {
 }
 
 double errors_of(const Score& score) {
-    return static_cast<double>(score.mishaps.size()) - number_of(score, Mishap::Dissection) -
-           number_of(score, Mishap::Perforation);
+    return static_cast<double>(score.handling_errors.size()) - number_of(score, HandlingError::Dissection) -
+           number_of(score, HandlingError::Perforation);
 }
 
 }  // namespace
@@ -112,8 +112,8 @@ Grade grade(const Score& score, const Benchmark& benchmark) {
         result.points -= line.cost;
         result.lines.push_back(line);
     }
-    result.dissections = number_of(score, Mishap::Dissection);
-    result.perforations = number_of(score, Mishap::Perforation);
+    result.dissections = number_of(score, HandlingError::Dissection);
+    result.perforations = number_of(score, HandlingError::Perforation);
     result.points -= result.cost_of_injuries();
     result.points = result.reached ? std::max(0.0, result.points) : 0;
     return result;

@@ -32,7 +32,7 @@ double asked_feed(std::span<const script::Command> commands) {
 
 }  // namespace
 
-Handling::Handling(const Simulation& simulation, const MishapLimits& limits) : limits_(limits) {
+Handling::Handling(const Simulation& simulation, const HandlingErrorLimits& limits) : limits_(limits) {
     begin(simulation);
 }
 
@@ -54,14 +54,14 @@ void Handling::begin(const Simulation& simulation) {
     map_ = injuries_ = open_injury_ = 0;
 }
 
-void Handling::note(Mishap kind, const Frame& frame, bool now, std::optional<double> amount,
+void Handling::note(HandlingError kind, const Frame& frame, bool now, std::optional<double> amount,
                     std::optional<int> since) {
     if (!now) return;
     const double rate = frame.simulation.scenario().frame_rate;
     int& open = open_[static_cast<std::size_t>(kind)];
     const int here = frame.time.index;
     if (open == 0 || here - marks_[open - 1].last > 1 + limits_.pause * rate) {
-        MishapMark mark;
+        HandlingErrorMark mark;
         mark.kind = kind;
         mark.first = since.value_or(here);
         mark.start = std::max(0.0, frame.time.seconds - (here - mark.first + 1) / rate);
@@ -71,7 +71,7 @@ void Handling::note(Mishap kind, const Frame& frame, bool now, std::optional<dou
         marks_.push_back(mark);
         open = static_cast<int>(marks_.size());
     }
-    MishapMark& mark = marks_[open - 1];
+    HandlingErrorMark& mark = marks_[open - 1];
     mark.last = here;
     mark.amount = std::max(mark.amount, amount.value_or((here - mark.first + 1) / rate));
 }
@@ -80,8 +80,9 @@ void Handling::note_injuries(const Frame& frame) {
     const Simulation& simulation = frame.simulation;
     const std::span<const Injury> all = simulation.injuries().all();
     for (const Injury& injury : all.subspan(static_cast<std::size_t>(injuries_))) {
-        MishapMark mark;
-        mark.kind = injury.kind == InjuryKind::Perforation ? Mishap::Perforation : Mishap::Dissection;
+        HandlingErrorMark mark;
+        mark.kind =
+            injury.kind == InjuryKind::Perforation ? HandlingError::Perforation : HandlingError::Dissection;
         mark.first = frame.time.index;
         mark.start = std::max(0.0, frame.time.seconds - 1 / simulation.scenario().frame_rate);
         mark.place = injury.place;
@@ -93,7 +94,7 @@ void Handling::note_injuries(const Frame& frame) {
     injuries_ = static_cast<int>(all.size());
     const Injury* open = simulation.injuries().open();
     if (!open || open_injury_ == 0) return;
-    MishapMark& mark = marks_[static_cast<std::size_t>(open_injury_ - 1)];
+    HandlingErrorMark& mark = marks_[static_cast<std::size_t>(open_injury_ - 1)];
     mark.last = frame.time.index;
     mark.amount = open->force;
 }
@@ -138,9 +139,9 @@ void Handling::observe(const Frame& frame) {
     const bool moving = moves(report), beam = console.beam_on();
     follow_roadmap(frame);
 
-    note(Mishap::BlindMotion, frame, moving && !beam);
-    note(Mishap::OutOfView, frame, moving && beam && !in_open_field(simulation, simulation.tip()));
-    note(Mishap::StaleRoadmap, frame,
+    note(HandlingError::BlindMotion, frame, moving && !beam);
+    note(HandlingError::OutOfView, frame, moving && beam && !in_open_field(simulation, simulation.tip()));
+    note(HandlingError::StaleRoadmap, frame,
          moving && beam && console.mode() == script::ImagingMode::Roadmap && map_ < pulses_of_a_map);
 
     const bool useful =
@@ -153,7 +154,7 @@ void Handling::observe(const Frame& frame) {
     else if (!idle_since_)
         idle_since_ = frame.time.index;
     const double idle = idle_since_ ? (frame.time.index - *idle_since_ + 1) / rate : 0;
-    note(Mishap::IdleBeam, frame, idle > limits_.idle_beam, idle, idle_since_);
+    note(HandlingError::IdleBeam, frame, idle > limits_.idle_beam, idle, idle_since_);
 
     double fed = 0;
     for (std::size_t k = 0; k < devices_.size(); ++k)
@@ -161,16 +162,16 @@ void Handling::observe(const Frame& frame) {
     const bool stopped =
         report.withdrawal_stopped || report.whole_wire_is_in || report.buckled || report.too_thick;
     against_stop_ = stopped ? against_stop_ + asked_feed(frame.commands) : 0;
-    note(Mishap::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
+    note(HandlingError::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
 
     const double force = physics::largest_force(simulation.contacts());
-    note(Mishap::HardPress, frame, force > limits_.force, force);
+    note(HandlingError::HardPress, frame, force > limits_.force, force);
     note_injuries(frame);
 
     const double way = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
     was_at_target_ = was_at_target_ || (way <= radius && moving);
     const bool lost = was_at_target_ && way > limits_.lost * radius;
-    note(Mishap::TargetLost, frame, lost, way);
+    note(HandlingError::TargetLost, frame, lost, way);
     if (lost) was_at_target_ = false;
 
     for (const script::Command& command : frame.commands)
@@ -179,23 +180,23 @@ void Handling::observe(const Frame& frame) {
     if (!simulation.contrast().injecting()) injects_through_ = script::Held::All;
     const double against =
         injects_through_ == script::Held::All ? 0 : end_on_wall(simulation, injects_through_).force;
-    note(Mishap::InjectionAtWall, frame, against > limits_.tip_force, against);
+    note(HandlingError::InjectionAtWall, frame, against > limits_.tip_force, against);
 }
 
-std::string amount_text(const MishapMark& mark) {
-    const std::string_view unit = mishap_units[static_cast<std::size_t>(mark.kind)];
+std::string amount_text(const HandlingErrorMark& mark) {
+    const std::string_view unit = handling_error_units[static_cast<std::size_t>(mark.kind)];
     if (mark.wall) return fmt::format("{:.3g} N, the wall bears {:.3g} N", mark.amount, mark.wall->threshold);
     return fmt::format("{:.{}f} {}", mark.amount, unit == "mm" ? 0 : unit == "N" ? 2 : 1, unit);
 }
 
-std::string place_text(const MishapMark& mark) {
+std::string place_text(const HandlingErrorMark& mark) {
     const std::string name = anatomy::clinical_name(mark.branch);
     return mark.wall ? fmt::format("{}, {:.0f} mm along", name, mark.wall->along) : name;
 }
 
-std::array<int, mishap_kinds> counts(std::span<const MishapMark> marks) {
-    std::array<int, mishap_kinds> counts = {};
-    for (const MishapMark& mark : marks) ++counts[static_cast<std::size_t>(mark.kind)];
+std::array<int, handling_error_kinds> counts(std::span<const HandlingErrorMark> marks) {
+    std::array<int, handling_error_kinds> counts = {};
+    for (const HandlingErrorMark& mark : marks) ++counts[static_cast<std::size_t>(mark.kind)];
     return counts;
 }
 

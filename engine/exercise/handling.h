@@ -13,7 +13,7 @@
 
 namespace exercise {
 
-enum class Mishap {
+enum class HandlingError {
     BlindMotion,      // a device moves, the beam is off
     IdleBeam,         // the beam is on, nothing moves and no contrast runs
     AgainstStop,      // pushed on while the tip stays, or against an end of the way
@@ -25,14 +25,14 @@ enum class Mishap {
     Dissection,       // injuries of the wall, see injury.h
     Perforation,
 };
-inline constexpr std::size_t mishap_kinds = 10;
+inline constexpr std::size_t handling_error_kinds = 10;
 /// As in score.json.
-inline constexpr std::array<const char*, mishap_kinds> mishap_ids = {
+inline constexpr std::array<const char*, handling_error_kinds> handling_error_ids = {
     "motion_without_beam", "beam_without_motion", "push_against_resistance", "force_over_limit",
     "left_field_of_view",  "target_lost",         "injection_at_wall",       "stale_roadmap",
     "dissection",          "perforation"};
 /// For the trainee.
-inline constexpr std::array<const char*, mishap_kinds> mishap_texts = {
+inline constexpr std::array<const char*, handling_error_kinds> handling_error_texts = {
     "The device was moved without beam",
     "The beam was on while nothing moved",
     "It was pushed against resistance",
@@ -45,7 +45,7 @@ inline constexpr std::array<const char*, mishap_kinds> mishap_texts = {
     "The wall was perforated"};
 
 /// Why each matters and what to do instead, for the trainee.
-inline constexpr std::array<const char*, mishap_kinds> mishap_advice = {
+inline constexpr std::array<const char*, handling_error_kinds> handling_error_advice = {
     "A device that moves unseen can enter any branch. Press the pedal first, then move.",
     "The patient is irradiated and nothing is learnt. Take the foot off the pedal while you think: the last "
     "image stays on the screen.",
@@ -67,11 +67,11 @@ inline constexpr std::array<const char*, mishap_kinds> mishap_advice = {
     "a balloon ready."};
 
 /// Of a mark's amount: how long, how much was fed in vain, the largest force, the largest distance.
-inline constexpr std::array<const char*, mishap_kinds> mishap_units = {"s",  "s", "mm", "N", "s",
-                                                                       "mm", "N", "s",  "N", "N"};
+inline constexpr std::array<const char*, handling_error_kinds> handling_error_units = {
+    "s", "s", "mm", "N", "s", "mm", "N", "s", "N", "N"};
 
 /// Where an error begins. None of these is a threshold of injury: those are the scenario's [injury].
-struct MishapLimits {
+struct HandlingErrorLimits {
     double idle_beam = 3;    // beam without motion or contrast for longer [s]
     double stuck_feed = 10;  // of a device, while its tip has moved by less than a tenth of that [mm]
     double force = 1;        // of one joint on the wall [N]
@@ -89,8 +89,8 @@ struct InjuredWall {
     void state(geometry::StateStream& s) { s(device, along, threshold, source); }
 };
 
-struct MishapMark {
-    Mishap kind = Mishap::BlindMotion;
+struct HandlingErrorMark {
+    HandlingError kind = HandlingError::BlindMotion;
     int first = 0, last = 0;                        // frames of the run
     double start = 0;                               // of the attempt [s]
     geometry::Vec3 place = geometry::Vec3::Zero();  // of the tip, at the first frame [mm]
@@ -102,22 +102,22 @@ struct MishapMark {
 };
 
 /// "48 mm", "1.25 N", "5.8 s"; of an injury "1.53 N, the wall bears 1.40 N".
-std::string amount_text(const MishapMark&);
+std::string amount_text(const HandlingErrorMark&);
 /// "right renal artery"; of an injury "right renal artery, 12 mm along".
-std::string place_text(const MishapMark&);
+std::string place_text(const HandlingErrorMark&);
 /// How many there are of each kind.
-std::array<int, mishap_kinds> counts(std::span<const MishapMark>);
+std::array<int, handling_error_kinds> counts(std::span<const HandlingErrorMark>);
 
 /// The errors of one attempt.
 class Handling {
 public:
-    explicit Handling(const Simulation&, const MishapLimits& = {});
+    explicit Handling(const Simulation&, const HandlingErrorLimits& = {});
 
     /// To be called once after each frame; begins anew with a reset.
     void observe(const Frame&);
     /// In the order in which they began.
-    const std::vector<MishapMark>& marks() const { return marks_; }
-    const MishapLimits& limits() const { return limits_; }
+    const std::vector<HandlingErrorMark>& marks() const { return marks_; }
+    const HandlingErrorLimits& limits() const { return limits_; }
     void state(geometry::StateStream& s) {
         s(marks_, open_, idle_since_, devices_, against_stop_, was_at_target_, injects_through_, mapped_,
           map_, injuries_, open_injury_);
@@ -139,16 +139,16 @@ private:
     void begin(const Simulation&);
     /// Opens, extends or ends the error of this kind. `since`: the frame it began, if that was before.
     /// Without an amount it is how long the error has lasted.
-    void note(Mishap, const Frame&, bool now, std::optional<double> amount = {},
+    void note(HandlingError, const Frame&, bool now, std::optional<double> amount = {},
               std::optional<int> since = {});
     void note_injuries(const Frame&);
     double stuck(Feed&, script::Held, const Simulation&) const;
     void follow_roadmap(const Frame&);
 
-    MishapLimits limits_;
-    std::vector<MishapMark> marks_;
-    std::array<int, mishap_kinds> open_ = {};  // 1 + index of the last mark of a kind, 0 = none
-    std::optional<int> idle_since_;            // frame
+    HandlingErrorLimits limits_;
+    std::vector<HandlingErrorMark> marks_;
+    std::array<int, handling_error_kinds> open_ = {};  // 1 + index of the last mark of a kind, 0 = none
+    std::optional<int> idle_since_;                    // frame
     std::vector<Feed> devices_;
     double against_stop_ = 0;  // asked for since the stop was met [mm]
     bool was_at_target_ = false;

@@ -360,12 +360,12 @@ render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anato
     const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
     std::vector<render::TissueLayer> layers;
     add_others(scenario, anatomy, layers);
-    std::vector<render::VolumeCaster> casters;
+    std::vector<render::VolumeRayCaster> ray_casters;
     for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
-        casters.emplace_back(std::move(volume));
+        ray_casters.emplace_back(std::move(volume));
     render::FluoroscopeConfig config;
-    if (!body) return {config, layers, std::move(casters)};
-    return {config, layers, std::move(casters), metered(body)};
+    if (!body) return {config, layers, std::move(ray_casters)};
+    return {config, layers, std::move(ray_casters), metered(body)};
 }
 
 namespace {

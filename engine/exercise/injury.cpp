@@ -26,7 +26,7 @@ struct Vessel {
     double past = 0;    // way past the end that the place lies behind [mm]
 };
 Vessel vessel_at(const Simulation& simulation, const Vec3& place, const physics::WallContact& contact) {
-    Vessel vessel{contact.room + simulation.wire().inner_radius() + contact.thickness, 0};
+    Vessel vessel{contact.clearance + simulation.wire().inner_radius() + contact.thickness, 0};
     const bool past_end = simulation.readings().motion.past_vessel_end;
     for (const anatomy::VesselEnd& end : simulation.anatomy().ends) {
         const geometry::OpenEnd& opening = end.opening;

@@ -80,8 +80,9 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
         tip_shows_ = shows;
     }
     notify_of_dose(score);
-    for (; errors_ < score.mishaps.size(); ++errors_)
-        say(fmt::format("Error: {}", mishap_texts[static_cast<std::size_t>(score.mishaps[errors_].kind)]),
+    for (; errors_ < score.handling_errors.size(); ++errors_)
+        say(fmt::format("Error: {}",
+                        handling_error_texts[static_cast<std::size_t>(score.handling_errors[errors_].kind)]),
             render::Notice::Warning);
     if (report.past_vessel_end && !was_past_end_)
         say("The tip is in a branch beyond the vessels shown", render::Notice::Warning);

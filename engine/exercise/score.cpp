@@ -44,7 +44,7 @@ void Score::state(geometry::StateStream& s) {
       area_product, contrast, angiograms, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals,
       rotation, idle_share, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
       log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
-      buckled_frames, tip_to_target, wrong_branches, mishaps, duration, resets, frames, interrupted);
+      buckled_frames, tip_to_target, wrong_branches, handling_errors, duration, resets, frames, interrupted);
     s.unless_empty(set_by_teacher);
     s.unless_empty(teacher);
 }
@@ -212,7 +212,7 @@ Score Scorer::score() const {
     if (moving_frames_ > 0) result.mean_tip_speed = moving_path_ / (moving_frames_ * frame_time_);
     if (frames_ > 0) result.mean_wall_force = force_sum_ / frames_;
     result.wrong_branches = turns_.branches();
-    result.mishaps = handling_.marks();
+    result.handling_errors = handling_.marks();
     return result;
 }
 

@@ -66,13 +66,13 @@ struct Score {
     std::optional<double> spectral_arc_length, log_dimensionless_jerk;
     double peak_wall_force = 0;     // of one joint [N]
     double mean_wall_force = 0;     // mean over the frames of the largest of one joint [N]
-    double time_over_force = 0;     // with a joint above MishapLimits::force [s]
+    double time_over_force = 0;     // with a joint above HandlingErrorLimits::force [s]
     double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]
     DeepestContact deepest;
     int buckled_frames = 0;    // in which a push bowed the shaft outside and was not passed on
     double tip_to_target = 0;  // at the end [mm]
     std::vector<WrongBranch> wrong_branches;
-    std::vector<MishapMark> mishaps;  // errors of handling
+    std::vector<HandlingErrorMark> handling_errors;  // errors of handling
     std::vector<SetByTeacher> set_by_teacher;
     std::vector<TeacherMark> teacher;  // what a teacher showed, hid or stopped; costs nothing
     double duration = 0;               // of the attempt [s]

@@ -15,12 +15,16 @@ Json or_null(const std::optional<double>& value) {
     return value ? Json(*value) : Json(nullptr);
 }
 
-Json of_mishap(const MishapMark& mark) {
+Json of_handling_error(const HandlingErrorMark& mark) {
     const auto kind = static_cast<std::size_t>(mark.kind);
-    Json json = {{"error", mishap_ids[kind]}, {"frame", mark.first},
-                 {"last_frame", mark.last},   {"time_s", mark.start},
-                 {"branch", mark.branch},     {"place_mm", {mark.place.x(), mark.place.y(), mark.place.z()}},
-                 {"amount", mark.amount},     {"unit", mishap_units[kind]}};
+    Json json = {{"error", handling_error_ids[kind]},
+                 {"frame", mark.first},
+                 {"last_frame", mark.last},
+                 {"time_s", mark.start},
+                 {"branch", mark.branch},
+                 {"place_mm", {mark.place.x(), mark.place.y(), mark.place.z()}},
+                 {"amount", mark.amount},
+                 {"unit", handling_error_units[kind]}};
     if (mark.wall) {
         json["device"] = script::name_of(mark.wall->device);
         json["along_branch_mm"] = mark.wall->along;
@@ -31,11 +35,12 @@ Json of_mishap(const MishapMark& mark) {
 }
 
 Json of_handling(const Score& s) {
-    const auto number = counts(s.mishaps);
+    const auto number = counts(s.handling_errors);
     Json by_kind, marks = Json::array();
-    for (std::size_t kind = 0; kind < mishap_kinds; ++kind) by_kind[mishap_ids[kind]] = number[kind];
-    for (const MishapMark& mark : s.mishaps) marks.push_back(of_mishap(mark));
-    return {{"total", s.mishaps.size()}, {"counts", by_kind}, {"marks", marks}};
+    for (std::size_t kind = 0; kind < handling_error_kinds; ++kind)
+        by_kind[handling_error_ids[kind]] = number[kind];
+    for (const HandlingErrorMark& mark : s.handling_errors) marks.push_back(of_handling_error(mark));
+    return {{"total", s.handling_errors.size()}, {"counts", by_kind}, {"marks", marks}};
 }
 
 Json of_event(const SetByTeacher& event) {
@@ -102,7 +107,7 @@ void add_attempt(Json& json, const Score& s) {
     json["log_dimensionless_jerk"] = or_null(s.log_dimensionless_jerk);
     json["peak_wall_force_N"] = s.peak_wall_force;
     json["mean_wall_force_N"] = s.mean_wall_force;
-    json["force_threshold_N"] = MishapLimits().force;
+    json["force_threshold_N"] = HandlingErrorLimits().force;
     json["time_over_force_threshold_s"] = s.time_over_force;
     json["wall_force_impulse_N_s"] = s.wall_force_impulse;
     json["max_penetration_mm"] = s.deepest.penetration;

@@ -194,8 +194,9 @@ bool Simulation::stands_before_a_narrow_vessel(int device) const {
     wall_->contacts(places, contacts);
     // The wall takes the radius of the chain's own wire off the lumen's.
     for (int k = 0; k < 2; ++k) {
-        const double lumen = std::min(contacts[k].room + chain.inner_radius(), wall_->narrowest(places[k]));
-        if (contacts[k].room > 0 && lumen < 0.5 * devices_[device].device.outer_diameter) return true;
+        const double lumen =
+            std::min(contacts[k].clearance + chain.inner_radius(), wall_->narrowest(places[k]));
+        if (contacts[k].clearance > 0 && lumen < 0.5 * devices_[device].device.outer_diameter) return true;
     }
     return false;
 }

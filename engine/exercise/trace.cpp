@@ -49,7 +49,7 @@ std::string Trace::rows(const Frame& frame, const Score& score) const {
 }
 
 std::string Trace::row(std::size_t device, const Frame& frame, const Score& score) const {
-    Reading reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
+    Observation reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
     reading.air_kerma = score.air_kerma.value_or(absent);
     if (reading.inserted.of[device] <= 0) {
         reading.tip = reading.direction = {absent, absent, absent};

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/exercise/frame.h"
-#include "engine/exercise/reading.h"
+#include "engine/exercise/observation.h"
 #include "engine/exercise/score.h"
 
 namespace exercise {

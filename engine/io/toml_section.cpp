@@ -28,17 +28,17 @@ std::string Range::text() const {
     return fmt::format("{} to {}", least, most);
 }
 
-TextPlace Reading::place(const toml::source_region& region) const {
+TextPlace ParseContext::place(const toml::source_region& region) const {
     // A value that was put in place of the file's own has no line in the file.
     if (region.path && *region.path != file) return {*region.path, 0, 0};
     return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 
-void Reading::refuse(const toml::source_region& region, const std::string& text) {
+void ParseContext::refuse(const toml::source_region& region, const std::string& text) {
     wrong.emplace_back(place(region), text);
 }
 
-toml::table Reading::parse(std::string_view text) const {
+toml::table ParseContext::parse(std::string_view text) const {
     check_toml_depth(text, file);
     try {
         return toml::parse(text, file);
@@ -48,7 +48,7 @@ toml::table Reading::parse(std::string_view text) const {
     }
 }
 
-void Reading::end() {
+void ParseContext::end() {
     if (wrong.empty()) return;
     std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) {
         return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
@@ -58,7 +58,7 @@ void Reading::end() {
     throw InputError(joined(lines, "\n"));
 }
 
-Section::Section(Reading& reading, const toml::table* table, std::string name)
+Section::Section(ParseContext& reading, const toml::table* table, std::string name)
     : reading_(reading), table_(table), name_(std::move(name)) {
     if (table_) reading_.places[name_] = reading_.place(table_->source());
 }

@@ -30,7 +30,7 @@ struct Range {
 };
 
 /// What the reading has found so far: where each key stands, and all errors.
-struct Reading {
+struct ParseContext {
     std::string file;
     std::map<std::string, TextPlace> places;
     std::vector<std::pair<TextPlace, std::string>> wrong;
@@ -51,7 +51,7 @@ struct Reading {
 class Section {
 public:
     /// `table` may be null: then no key is given.
-    Section(Reading&, const toml::table*, std::string name);
+    Section(ParseContext&, const toml::table*, std::string name);
 
     bool given() const { return table_ != nullptr; }
     /// Where it begins.
@@ -82,7 +82,7 @@ public:
 
 private:
     std::optional<long long> whole_number(std::string_view key, Range);
-    Reading& reading_;
+    ParseContext& reading_;
     const toml::table* table_;
     std::string name_;
     std::vector<std::string_view> keys_;

@@ -24,7 +24,7 @@ io::Range positive(double most) {
 
 class Reader {
 public:
-    Reader(io::Reading& reading, KeyMap map) : reading_(reading), map_(std::move(map)) {}
+    Reader(io::ParseContext& reading, KeyMap map) : reading_(reading), map_(std::move(map)) {}
 
     KeyMap read(const toml::table& file) {
         io::Section top(reading_, &file, "");
@@ -184,7 +184,7 @@ private:
         return preset;
     }
 
-    io::Reading& reading_;
+    io::ParseContext& reading_;
     KeyMap map_;
     std::map<Key, std::string> claimed_;
 };
@@ -256,7 +256,7 @@ std::string KeyMap::first(Action action) const {
 }
 
 KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base) {
-    io::Reading reading{file, {}, {}};
+    io::ParseContext reading{file, {}, {}};
     KeyMap map = Reader(reading, base).read(reading.parse(toml));
     reading.end();
     return map;

@@ -17,13 +17,14 @@ using Kind = LessonEvent::Kind;
 /// Air kerma at which a line says so [mGy].
 constexpr double dose_marks[] = {10, 20, 50, 100, 200, 500, 1000, 2000, 3000, 5000};
 
-std::string sentence_of(const exercise::MishapMark& mark) {
-    return fmt::format("{}: {}", exercise::mishap_texts[static_cast<std::size_t>(mark.kind)],
+std::string sentence_of(const exercise::HandlingErrorMark& mark) {
+    return fmt::format("{}: {}", exercise::handling_error_texts[static_cast<std::size_t>(mark.kind)],
                        exercise::amount_text(mark));
 }
 
-bool is_injury(const exercise::MishapMark& mark) {
-    return mark.kind == exercise::Mishap::Dissection || mark.kind == exercise::Mishap::Perforation;
+bool is_injury(const exercise::HandlingErrorMark& mark) {
+    return mark.kind == exercise::HandlingError::Dissection ||
+           mark.kind == exercise::HandlingError::Perforation;
 }
 
 std::string way_of(const script::Inject& inject) {
@@ -75,14 +76,14 @@ void LessonLog::observe(const exercise::Frame& frame, const exercise::Score& sco
 
 /// An error grows while it lasts: its line is kept up to date.
 void LessonLog::follow_errors(const exercise::Score& score) {
-    for (std::size_t k = 0; k < score.mishaps.size(); ++k) {
-        const exercise::MishapMark& mark = score.mishaps[k];
+    for (std::size_t k = 0; k < score.handling_errors.size(); ++k) {
+        const exercise::HandlingErrorMark& mark = score.handling_errors[k];
         const Kind kind = is_injury(mark) ? Kind::Injury : Kind::Error;
         if (k == amounts_.size()) {
             amounts_.push_back(mark.amount);
             insert({kind, mark.first, mark.start, sentence_of(mark), exercise::place_text(mark)});
         } else if (amounts_[k] != mark.amount) {
-            const std::string_view text = exercise::mishap_texts[static_cast<std::size_t>(mark.kind)];
+            const std::string_view text = exercise::handling_error_texts[static_cast<std::size_t>(mark.kind)];
             for (LessonEvent& event : events_)
                 if (event.kind == kind && event.frame == mark.first && event.what.starts_with(text))
                     event.what = sentence_of(mark);
@@ -179,7 +180,7 @@ void LessonLog::take_back(int frame, const exercise::Score& score) {
     std::erase_if(events_, [frame](const LessonEvent& event) { return event.frame > frame; });
     ends_.resize(std::min(ends_.size(), static_cast<std::size_t>(frame + 1)));
     amounts_.clear();
-    for (const exercise::MishapMark& mark : score.mishaps) amounts_.push_back(mark.amount);
+    for (const exercise::HandlingErrorMark& mark : score.handling_errors) amounts_.push_back(mark.amount);
     entries_.clear();
     for (const exercise::WrongBranch& branch : score.wrong_branches) entries_.push_back(branch.entries);
     runs_ = score.runs;

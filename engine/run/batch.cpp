@@ -180,15 +180,15 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
             run_headless(asked.scenario, asked.script, out / run_folder(job.number), run);
         interrupted = result.interrupted;
         const exercise::Score& s = result.score;
-        const auto errors = exercise::counts(s.mishaps);
-        const auto number_of = [&](exercise::Mishap kind) {
+        const auto errors = exercise::counts(s.handling_errors);
+        const auto number_of = [&](exercise::HandlingError kind) {
             return static_cast<double>(errors[static_cast<std::size_t>(kind)]);
         };
         for (const double value :
              {static_cast<double>(s.completed), s.completion_time.value_or(none), s.beam_on_time, s.contrast,
               s.wire_travel, s.tip_to_target, s.peak_wall_force, static_cast<double>(s.wrong_entries()),
-              static_cast<double>(s.mishaps.size()), number_of(exercise::Mishap::Dissection),
-              number_of(exercise::Mishap::Perforation), static_cast<double>(s.frames)})
+              static_cast<double>(s.handling_errors.size()), number_of(exercise::HandlingError::Dissection),
+              number_of(exercise::HandlingError::Perforation), static_cast<double>(s.frames)})
             row.cells.emplace_back(value);
         row.cells.emplace_back(io::hash_text(result.state_hash));
         row.cells.emplace_back(std::string());
@@ -256,7 +256,7 @@ fs::path commands_of(const scenario::ExerciseFiles& exercise, const std::string&
 
 std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& options) {
     const std::string text = io::read_text(file, "list of runs", "expected a .toml file");
-    io::Reading reading{file.string(), {}, {}};
+    io::ParseContext reading{file.string(), {}, {}};
     std::vector<BatchJob> jobs;
     const toml::table root = reading.parse(text);
     io::Section top(reading, &root, "");

@@ -344,7 +344,7 @@ void check_inside(const Vessel& vessel, const Chain& wire, const std::string& na
                 refuse(name, fmt::format("joint {} is {:.3g} mm beyond the open end '{}'", i, out, end.name),
                        "expected a wire that starts inside the lumen");
         }
-        const double most = pressed_in * contacts[i].room;
+        const double most = pressed_in * contacts[i].clearance;
         if (contacts[i].penetration <= most) continue;
         refuse(name,
                fmt::format("joint {} starts {:.5g} mm outside the lumen of {}", i, contacts[i].penetration,

@@ -87,7 +87,7 @@ const std::vector<BenchmarkFigure>& benchmark_figures() {
 }
 
 Benchmarks parse_benchmarks(const std::string& text, const std::string& file) {
-    io::Reading reading{file, {}, {}};
+    io::ParseContext reading{file, {}, {}};
     const toml::table root = reading.parse(text);
     io::Section top(reading, &root, "");
     top.schema();

@@ -221,7 +221,7 @@ std::string_view name_of(DeviceKind kind) {
 }
 
 Device parse_device(const std::string& text, const std::filesystem::path& file) {
-    io::Reading reading{file.string(), {}, {}};
+    io::ParseContext reading{file.string(), {}, {}};
     Device d;
     d.name = file.stem().string();
     const toml::table root = reading.parse(text);

@@ -28,7 +28,7 @@ bool is_file(const fs::path& file) {
 /// A file that is no TOML is taken for a scenario, so that whoever loads it says what is wrong with it.
 bool is_scenario(const fs::path& file) {
     try {
-        const io::Reading reading{file.string(), {}, {}};
+        const io::ParseContext reading{file.string(), {}, {}};
         const toml::table root = reading.parse(io::read_text(file, "scenario", "expected a .toml file"));
         return root.contains("entry") || root.contains("target");
     } catch (const io::InputError&) {

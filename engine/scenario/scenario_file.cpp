@@ -28,7 +28,7 @@ constexpr io::Range positive(double most) {
     return {1e-6, most};
 }
 
-void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
+void read_tube(io::Section tube, io::ParseContext& reading, Scenario& s) {
     if (!tube.given()) return;
     s.tube.emplace();
     std::vector<std::string_view> names;
@@ -321,7 +321,7 @@ void read_c_arm(io::Section arm, Scenario& s) {
 }
 
 /// Reads the file of an anatomy, or how to grow one.
-void read_anatomy(io::Section& top, io::Reading& reading, Scenario& s) {
+void read_anatomy(io::Section& top, io::ParseContext& reading, Scenario& s) {
     const toml::node* node = top.find("anatomy");
     if (!node) return;
     if (node->is_table()) {
@@ -463,7 +463,7 @@ std::uint64_t content_of(const toml::table& root, const Scenario& s) {
     return hash.value();
 }
 
-void read_sections(const toml::table& root, const std::filesystem::path& catalogue, io::Reading& reading,
+void read_sections(const toml::table& root, const std::filesystem::path& catalogue, io::ParseContext& reading,
                    Scenario& s) {
     io::Section top(reading, &root, "");
     top.schema();
@@ -549,7 +549,7 @@ void put(toml::table& root, const Override& with) {
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& file,
                         const std::filesystem::path& catalogue, std::span<const Override> overrides) {
-    io::Reading reading{file.string(), {}, {}};
+    io::ParseContext reading{file.string(), {}, {}};
     Scenario s;
     s.name = file.stem().string();
     toml::table root = reading.parse(text);

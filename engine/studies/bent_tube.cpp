@@ -19,7 +19,7 @@ physics::WallContact BentTube::contact(const Vec3& x) const {
     const double distance = out.norm();
     physics::WallContact c;
     c.penetration = distance - radius_;
-    c.room = radius_;
+    c.clearance = radius_;
     c.trust = std::max(0.0, -c.penetration);
     c.stiffness = stiffness_;
     c.station = 0;

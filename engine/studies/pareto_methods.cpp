@@ -7,9 +7,9 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/scenes.h"
 #include "engine/run/relax_method.h"
-#include "engine/studies/rivals/beam_rod.h"
-#include "engine/studies/rivals/position_rod.h"
-#include "engine/studies/rivals/spring_chain.h"
+#include "engine/studies/baselines/beam_rod.h"
+#include "engine/studies/baselines/position_rod.h"
+#include "engine/studies/baselines/spring_chain.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
@@ -52,17 +52,17 @@ private:
     bool at_rest_ = false;
 };
 
-class RivalRunner final : public ParetoRunner {
+class BaselineRunner final : public ParetoRunner {
 public:
-    explicit RivalRunner(std::unique_ptr<rivals::Rival> rival) : rival_(std::move(rival)) {}
-    void start(const Chain& wire) override { rival_->start(wire.joints); }
+    explicit BaselineRunner(std::unique_ptr<rivals::Baseline> rival) : baseline_(std::move(rival)) {}
+    void start(const Chain& wire) override { baseline_->start(wire.joints); }
     bool advance(int rounds) override {
-        progress_ = rival_->advance(rounds);
+        progress_ = baseline_->advance(rounds);
         return progress_ != rivals::Progress::Going;
     }
-    const std::vector<geometry::Vec3>& joints() const override { return rival_->nodes(); }
+    const std::vector<geometry::Vec3>& joints() const override { return baseline_->nodes(); }
     ParetoWork work() const override {
-        const rivals::Tally& t = rival_->tally();
+        const rivals::Tally& t = baseline_->tally();
         return {static_cast<double>(t.rounds), static_cast<double>(t.wall_queries),
                 static_cast<double>(t.solves)};
     }
@@ -75,7 +75,7 @@ public:
     }
 
 private:
-    std::unique_ptr<rivals::Rival> rival_;
+    std::unique_ptr<rivals::Baseline> baseline_;
     rivals::Progress progress_ = rivals::Progress::Going;
 };
 
@@ -94,7 +94,7 @@ ParetoMethod classical(const std::string& name, double axial, const Make& make) 
     m.make = [axial, make](const ParetoVessel& v, bool) {
         rivals::RodSpec rod = v.rod;
         rod.axial *= axial;
-        return std::make_unique<RivalRunner>(make(rod, v.tube.get()));
+        return std::make_unique<BaselineRunner>(make(rod, v.tube.get()));
     };
     return m;
 }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/studies/baselines/baseline.h"
 #include "engine/studies/plain_wire.h"
-#include "engine/studies/rivals/rival.h"
 #include "engine/studies/study.h"
 #include "physics/geometry/vec.h"
 #include "physics/wall/wall.h"
@@ -82,7 +82,7 @@ struct ParetoMethod {
 /// One method of relaxation by its word (run::parse_method).
 ParetoMethod own_method(const std::string& word, const std::string& name);
 
-/// Those whose lines stand in the pictures. Rivals need a vessel with a tube.
+/// Those whose lines stand in the pictures. Baselines need a vessel with a tube.
 std::vector<ParetoMethod> pareto_methods(bool quick);
 /// Settings of the rivals that were tried, to choose those above.
 std::vector<ParetoMethod> rival_sweep(bool quick);

@@ -215,7 +215,8 @@ std::string_view outcome_text(Outcome outcome) {
 
 Outcome judge(const CellMeasure& m, const StabilityRules& rules) {
     if (!m.finite) return Outcome::NotANumber;
-    if (m.penetration > std::max(rules.outside * m.room, rules.times_reference * m.reference_penetration))
+    if (m.penetration >
+        std::max(rules.outside * m.clearance, rules.times_reference * m.reference_penetration))
         return Outcome::LeftTheLumen;
     if (m.gradient <= rules.gradient) {
         if (m.basin_deviation > rules.basin) return Outcome::WrongBasin;
@@ -305,7 +306,7 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
         m.gradient = physics::relative_gradient(wire, contacts);
         m.penetration = physics::largest_penetration(contacts);
         for (std::size_t i = 1; i < contacts.size(); ++i)
-            if (contacts[i].penetration == m.penetration) m.room = contacts[i].room;
+            if (contacts[i].penetration == m.penetration) m.clearance = contacts[i].clearance;
         m.moved = largest_deviation(wire.joints, before_last_quarter, Symmetry::None);
         m.deviation = largest_deviation(wire.joints, reference.joints, c.symmetry);
         flow_to_rest(wire, *c.wall);

@@ -84,7 +84,7 @@ WallContact ClosestFeatureWall::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.stiffness = wall_stiffness;
     c.station = tree_.locate(x, hint);
-    c.room = tree_.stations()[c.station].radius;
+    c.clearance = tree_.stations()[c.station].radius;
     const Vec3 origin = tree_.closest_point(c.station, x), out = x - origin;
     const double from_axis = out.norm();
     c.penetration = -1e-3;

@@ -62,7 +62,7 @@ struct StepOptions {
     int corrections = 4;
     /// The first so many values of μ begin with the wall's forces as the last step foresaw them, later ones
     /// with those of the accepted state.
-    int foreseen_trials = 2;
+    int trials_predicted = 2;
     /// A slipping grip's own model serves a trial in which it keeps more than this share of its stretch along
     /// it, e₀·e₁ > slips_on · |e₀|². Along itself the potential has no curvature, so that any share serves
     /// that tells slipping on from turning back.

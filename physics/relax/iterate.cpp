@@ -29,7 +29,7 @@ void Iterate::set_units(const Chain& wire, const ContactSet& contacts, const Glo
     double stiffest = 0, room = unbounded;
     for (int j = 0; j < wire.segments(); ++j) stiffest = std::max(stiffest, wire.spring_constant(j));
     for (const WallContact& c : contacts.contacts())
-        if (c.room > 0) room = std::min(room, c.room);
+        if (c.clearance > 0) room = std::min(room, c.clearance);
     const double length = wire.inserted_length() / wire.segments();
     assert(stiffest > 0 && room > 0 && length > 0);
     trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));

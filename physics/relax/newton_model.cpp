@@ -71,11 +71,11 @@ RiccatiReport NewtonModel::certify(const Chain& wire, const ContactSet& contacts
 }
 
 void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, int first,
-                                bool foreseen_forces) {
+                                bool predicted_contact_forces) {
     assert(first >= 1 && planes_.size() == wire.joints.size() && stages() == wire.segments());
     for (int j = first; j < static_cast<int>(planes_.size()); ++j) {
         const WallContact& c = contacts.contacts()[j];
-        const double force = foreseen_forces ? planes_[j].force : c.force();
+        const double force = predicted_contact_forces ? planes_[j].force : c.force();
         terms_.stages[j - 1].touches = false;
         if (c.touches() || force > 0) take_contact(c, j, Vec3::Zero(), force);
     }
@@ -99,7 +99,7 @@ void NewtonModel::take_grips(const Chain& wire, int first, const Terms& terms_of
 void NewtonModel::take_trial_contacts(const Chain& wire, const ContactSet& contacts) {
     assert(contacts.asked().size() == contacts.answers().size() &&
            trial_.joints.size() == wire.joints.size());
-    foresee_forces(wire);
+    predict_contact_forces(wire);
     for (RiccatiStage& s : terms_.window()) s.touches = false;
     for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
         const WallContact& c = contacts.answers()[k];
@@ -391,7 +391,7 @@ double NewtonModel::trial_grip_energy(const Chain& wire) {
     return energy;
 }
 
-void NewtonModel::foresee_forces(const Chain& wire) {
+void NewtonModel::predict_contact_forces(const Chain& wire) {
     assert(planes_.size() == wire.joints.size());
     for (int j = terms_.first; j <= wire.segments(); ++j) {
         ContactPlane& p = planes_[j];

@@ -26,7 +26,7 @@ public:
     /// Prepares scratch for a wire of this many segments and the forces to start from. No segment at rest
     /// passes on more than C/λ, under which a joint would buckle by itself: a larger force comes from a joint
     /// that has just been put into a stiff wall. Up to joint `foreseen` the forces are those of
-    /// foresee_forces().
+    /// predict_contact_forces().
     void start(const Chain&, const ContactSet&, int foreseen = 0);
 
     /// The model at the wire as it is, and its minimum with the trust region μ.
@@ -44,7 +44,7 @@ public:
     /// The wall's part of the model at the accepted state. With foreseen forces, these replace stiffness
     /// times penetration in the second-order terms, which in a stiff wall is far too large while the wire
     /// settles; a contact that bears a force then counts as touching.
-    void take_contacts(const Chain&, const ContactSet&, int first, bool foreseen_forces);
+    void take_contacts(const Chain&, const ContactSet&, int first, bool predicted_contact_forces);
     /// The same with the wall at the trial state: its normals there, and the contacts made and lost on the
     /// way.
     void take_trial_contacts(const Chain&, const ContactSet&);
@@ -79,7 +79,7 @@ public:
     /// set.
     double evaluate(Chain&, ContactSet&);
     /// Takes each contact's force at the trial state from the model.
-    void foresee_forces(const Chain&);
+    void predict_contact_forces(const Chain&);
     /// Gives the wire the trial state.
     void take(Chain&);
 

@@ -48,7 +48,7 @@ double NewtonStep::largest_move() const {
     const double share = kinked(wire_, first_ - 1, o.kinked_cosine) ? o.kinked_share : o.step_share;
     double cap = o.unbounded;
     for (const WallContact& c : contacts_.contacts().subspan(first_))
-        if (c.room > 0) cap = std::min(cap, share * std::max(c.room, c.given.norm()));
+        if (c.clearance > 0) cap = std::min(cap, share * std::max(c.clearance, c.given.norm()));
     assert(cap > 0);
     return cap;
 }
@@ -70,7 +70,7 @@ NewtonStep::Result NewtonStep::take() {
     Trial trial;
     for (; trial.region < options_.trust.most_trials && at_.trust.moves_joints(); ++trial.region) {
         if (trial.region > 0)
-            at_.model.take_contacts(wire_, contacts_, first_, rejected_ < options_.step.foreseen_trials);
+            at_.model.take_contacts(wire_, contacts_, first_, rejected_ < options_.step.trials_predicted);
         Next next = Next::CorrectedWall;
         for (trial.correction = 0; next == Next::CorrectedWall; ++trial.correction) {
             assert(trial.correction < options_.step.corrections);
@@ -135,7 +135,7 @@ void NewtonStep::accept(double reach) {
     assert(std::isfinite(trial_energy_) && reach >= 0 && reach <= 1);
     report_.largest_turn = std::max(report_.largest_turn, at_.model.largest_turn());
     at_.idle += reach > o.sliding ? 1 : o.hardly_moved;
-    at_.model.foresee_forces(wire_);
+    at_.model.predict_contact_forces(wire_);
     at_.accept(wire_, contacts_, trial_energy_);
     const bool crawls =
         at_.idle >= o.idle_before_bisection && at_.pivots.shifted > 0 && reach < options_.trust.short_step;

@@ -92,7 +92,7 @@ double Predictor::narrowest() const {
     assert(contacts_.contacts().size() == wire_.joints.size());
     double cap = options_.trust.unbounded;
     for (const WallContact& c : contacts_.contacts())
-        if (c.room > 0) cap = std::min(cap, std::max(c.room, c.given.norm()));
+        if (c.clearance > 0) cap = std::min(cap, std::max(c.clearance, c.given.norm()));
     return cap;
 }
 
@@ -231,7 +231,7 @@ void Predictor::make_less_of(Part& part) const {
 /// The wire takes its answer. Returns the motion that was made.
 HubMotion Predictor::take(const Part& part) {
     assert(part.share > 0);
-    at_.model.foresee_forces(wire_);
+    at_.model.predict_contact_forces(wire_);
     at_.model.take(wire_);
     rebuild_joints(wire_);
     const int segments = wire_.segments(), leading = wire_.leading;

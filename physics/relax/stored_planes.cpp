@@ -67,7 +67,7 @@ double StoredPlanes::reach() const {
     assert(!contacts_.empty());
     double room = std::numeric_limits<double>::max();
     for (const WallContact& c : contacts_)
-        if (c.room > 0) room = std::min(room, c.room);
+        if (c.clearance > 0) room = std::min(room, c.clearance);
     assert(room > 0);
     return reach_limit * room;
 }
@@ -108,7 +108,7 @@ StoredPlanes::Plane StoredPlanes::plane_of(const Chain& wire, int joint) const {
     if (sine > 0.1) {
         const Vec3 hoop = round / sine;
         const double bent = c.curvature.isZero(0)
-                                ? round_share / std::max(c.room + c.penetration, 0.1 * c.room)
+                                ? round_share / std::max(c.clearance + c.penetration, 0.1 * c.clearance)
                                 : std::max(0.0, hoop.dot(c.curvature * hoop));
         p.hoop = std::sqrt(bent) * hoop;
     }

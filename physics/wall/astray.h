@@ -12,8 +12,9 @@ namespace physics {
 inline bool astray(const WallContact& c) {
     constexpr double farthest = 10, radii = 5;  // [mm], [-]
     constexpr double in_no_ball = -2e-3;        // penetration of a joint that is in no inscribed ball [mm]
-    if (!(c.room > 0)) return false;
-    if (c.touches()) return c.pressed_in() > c.room || c.given.norm() > std::max(farthest, radii * c.room);
+    if (!(c.clearance > 0)) return false;
+    if (c.touches())
+        return c.pressed_in() > c.clearance || c.given.norm() > std::max(farthest, radii * c.clearance);
     return c.normal.isZero(0) && c.penetration > in_no_ball;
 }
 

@@ -162,7 +162,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         ask_grid(x, c);
         past.limit(x, joint, c);
     } else {
-        c.room = tree.stations()[c.station].radius - joint;
+        c.clearance = tree.stations()[c.station].radius - joint;
         if (!past.alone()) ask_grid(past.seen_at(x), c);
         past.apply(x, joint, inner - joint, c);
     }
@@ -195,7 +195,7 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const Station& station = tree.stations()[c.station];
     const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
     const double joint = wire_radius + c.thickness, inside = depth - joint;
-    c.room = station.radius - joint;
+    c.clearance = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
     if (depth > inner + centreline_error) return;

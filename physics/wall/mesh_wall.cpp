@@ -60,7 +60,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) 
     c.stiffness = stiffness.mean();
     const Station& station = tree.stations()[c.station];
     const double inside = station.radius - (x - station.centre).norm() - joint;
-    c.room = station.radius - joint;
+    c.clearance = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
     const PastEnd past(x, ends, tree.ends_at(c.station), 0);

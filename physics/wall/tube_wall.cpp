@@ -127,7 +127,7 @@ void TubeWall::ask_tube(const Vec3& x, double joint, WallContact& c) const {
     const Vec3 out = x - (a + share * (b - a));
     const double distance = out.norm();
     c.penetration = distance + joint - radius_;
-    c.room = radius_ - joint;
+    c.clearance = radius_ - joint;
     if (distance > 1e-12) {
         c.normal = out / distance;
         c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);

@@ -23,8 +23,9 @@ struct WallContact {
     double stiffness = 0;            // k of this joint: of wall and vessel in series [N/mm]
     Vec3 stiffening = Vec3::Zero();  // ∇k: zero unless the stiffness changes along the vessel [N/mm²]
     double trust = 0;                // the joint touches nothing while it stays within this of here [mm]
-    double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
-    int station = -1;  // where along the vessel the joint is; pass it back with the next query
+    double clearance = 0;  // radius of the lumen less that of the joint here: the scale of motion that stays
+                           // in sight of the wall [mm]
+    int station = -1;      // where along the vessel the joint is; pass it back with the next query
     // Asked with the query:
     double thickness = 0;       // of the joint beyond the radius that the wall knows [mm]
     double share = 1;           // of the wall's stiffness for a joint of the spec's λ [-]
@@ -47,8 +48,8 @@ struct WallContact {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
     }
     void state(StateStream& s) {
-        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness, share, give,
-          along, shift, given);
+        s(penetration, normal, curvature, stiffness, stiffening, trust, clearance, station, thickness, share,
+          give, along, shift, given);
     }
     /// How deep the joint is in the wall of the vessel as it has made way: of two springs in series that of
     /// the wall [mm].

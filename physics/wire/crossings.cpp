@@ -39,12 +39,12 @@ Bound by_slope(const WallContact& c) {
 /// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
 /// slope and, to second order, by no more than 1/room; from half the way to the axis on, by twice that.
 Bound by_normal(const WallContact& c, const Vec3& way) {
-    assert(c.room > 0);
-    return {c.penetration, c.normal.dot(way), 2 / c.room};
+    assert(c.clearance > 0);
+    return {c.penetration, c.normal.dot(way), 2 / c.clearance};
 }
 
 bool knows_its_wall(const WallContact& c) {
-    return c.room > 0 && !c.normal.isZero(0) && -c.penetration < 0.5 * c.room;
+    return c.clearance > 0 && !c.normal.isZero(0) && -c.penetration < 0.5 * c.clearance;
 }
 
 /// Largest value that both bounds allow between places `length` apart. Each is convex, so it is at an end or

@@ -400,6 +400,19 @@ CanvasFaces add_faces(ImFontAtlas& atlas, float unit, const std::filesystem::pat
     return result;
 }
 
+namespace {
+
+/// At which a face was added to its atlas [pixels].
+float size_of(const ImFont* font) {
+#if IMGUI_VERSION_NUM >= 19200
+    return font->LegacySize;
+#else
+    return font->FontSize;
+#endif
+}
+
+}  // namespace
+
 struct Canvas::State {
     float unit;
     ImVec2 origin{0, 0};  // [pixels]
@@ -412,17 +425,17 @@ struct Canvas::State {
     ImVec2 snapped(Point p) const {
         return {std::round(origin.x + p.x * unit), std::round(origin.y + p.y * unit)};
     }
-    const ImFont* font(Face face) const { return faces.fonts[static_cast<std::size_t>(face)]; }
+    ImFont* font(Face face) const { return faces.fonts[static_cast<std::size_t>(face)]; }
     float width_of(const std::string& line, Face face) const {  // [pixels]
-        const ImFont* f = font(face);
-        return f->CalcTextSizeA(f->FontSize, 1e9f, 0.0f, line.data(), line.data() + line.size()).x;
+        ImFont* f = font(face);
+        return f->CalcTextSizeA(size_of(f), 1e9f, 0.0f, line.data(), line.data() + line.size()).x;
     }
     /// The line cut at its end to `room` pixels.
     std::string fitted(std::string line, Face face, float room) const {
         if (width_of(line, face) <= room) return line;
-        const ImFont* f = font(face);
+        ImFont* f = font(face);
         const char* end = line.data();
-        f->CalcTextSizeA(f->FontSize, room - width_of("...", face), 0.0f, line.data(),
+        f->CalcTextSizeA(size_of(f), room - width_of("...", face), 0.0f, line.data(),
                          line.data() + line.size(), &end);
         line.resize(static_cast<std::size_t>(end - line.data()));
         return line.empty() ? line : line + "...";
@@ -529,8 +542,8 @@ float Canvas::text(Point at, std::string_view words, Face face, Ink ink, Align a
     if (align == Align::Centre) place.x -= 0.5f * width;
     if (align == Align::Right) place.x -= width;
     if (state_->seen) state_->seen(*this, line, face, ink, {place.x, place.y});
-    const ImFont* font = state_->font(face);
-    state_->list->AddText(font, font->FontSize, ImVec2(std::round(place.x), std::round(place.y)), colour(ink),
+    ImFont* font = state_->font(face);
+    state_->list->AddText(font, size_of(font), ImVec2(std::round(place.x), std::round(place.y)), colour(ink),
                           line.data(), line.data() + line.size());
     return width / state_->unit;
 }
@@ -552,7 +565,7 @@ float Canvas::text_width(std::string_view words, Face face) const {
 }
 
 float Canvas::text_height(Face face) const {
-    return state_->font(face)->FontSize / state_->unit;
+    return size_of(state_->font(face)) / state_->unit;
 }
 
 void Canvas::picture(int slot, const GrayImage& image, int left, int top, int width, int height) {

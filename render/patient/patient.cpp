@@ -380,12 +380,12 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     }
     if (with_chest) add_chest_layers(layers, thorax, chance);
     if (with_head && to > 560.0) add_head_layers(layers, chance);
-    layers[1].lumps =
+    layers[1].texture_blobs =
         tissue_texture(chance, textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
                                                std::min(high, to + beyond)));
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;
-        for (Lump& lump : layer.lumps) lump.middle += spec.origin.cast<float>();
+        for (TextureBlob& blob : layer.texture_blobs) blob.middle += spec.origin.cast<float>();
     }
     return layers;
 }

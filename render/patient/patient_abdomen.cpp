@@ -160,8 +160,8 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
     return loops;
 }
 
-/// Lumps of stool with gas between them: where mottled bubbles lie in the colon. They lie apart from one
-/// another and from larger gas: where two enclose a place, it would be lighter than air.
+/// TextureBlobs of stool with gas between them: where mottled bubbles lie in the colon. They lie apart from
+/// one another and from larger gas: where two enclose a place, it would be lighter than air.
 void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, int count, std::uint64_t field,
                  const std::vector<shape::Compound>& pockets) {
     geometry::Random random(field);

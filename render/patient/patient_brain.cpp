@@ -89,15 +89,15 @@ bool in_nuclei(const Vec3& p) {
     return off.cwiseQuotient(Vec3(13.0, 27.0, 14.0)).norm() < 1.0;
 }
 
-/// Convolutions as lumps: more blood in grey matter, less in white matter (2 to 3 times: texts), as much of
-/// one as of the other in each territory. Near a border some lie in the neighbour's place, as end branches of
-/// two arteries interlock.
-std::vector<std::vector<Lump>> convolutions(const std::vector<Territory>& parts, const Chance& chance,
-                                            const shape::Solid& brain,
-                                            const std::array<std::uint64_t, 3>& fields) {
+/// Convolutions as texture_blobs: more blood in grey matter, less in white matter (2 to 3 times: texts), as
+/// much of one as of the other in each territory. Near a border some lie in the neighbour's place, as end
+/// branches of two arteries interlock.
+std::vector<std::vector<TextureBlob>> convolutions(const std::vector<Territory>& parts, const Chance& chance,
+                                                   const shape::Solid& brain,
+                                                   const std::array<std::uint64_t, 3>& fields) {
     constexpr double per_volume = 0.0080;      // tries [1/mm³]
     constexpr double cortex = 8.0, mix = 8.0;  // thickness with its folds; reach beyond a border [mm]
-    std::vector<std::vector<Lump>> lumps(parts.size());
+    std::vector<std::vector<TextureBlob>> texture_blobs(parts.size());
     std::vector<std::array<double, 2>> contents(parts.size(), {0.0, 0.0});  // less, more [mm³]
     geometry::Random random(chance.field("convolutions"));
     const Vec3 low = brain.box.min(), size = brain.box.sizes();
@@ -120,31 +120,31 @@ std::vector<std::vector<Lump>> convolutions(const std::vector<Territory>& parts,
         // Convolutions lie along the surface.
         Vec3 along = way;
         if (grey && outward.norm() > 0.1) along -= way.dot(outward) / outward.squaredNorm() * outward;
-        Lump lump;
-        lump.middle = p.cast<float>();
-        lump.axis = (along + Vec3(1e-3, 0, 0)).normalized().cast<float>();
-        lump.radius = static_cast<float>(grey ? 2.0 + 2.2 * wide : 3.5 + 5.0 * wide);
-        lump.elongation = static_cast<float>(grey ? 1.5 + 2.5 * long_share : 1.0 + long_share);
-        lump.share = grey ? 0.8f : -0.6f;
+        TextureBlob blob;
+        blob.middle = p.cast<float>();
+        blob.axis = (along + Vec3(1e-3, 0, 0)).normalized().cast<float>();
+        blob.radius = static_cast<float>(grey ? 2.0 + 2.2 * wide : 3.5 + 5.0 * wide);
+        blob.elongation = static_cast<float>(grey ? 1.5 + 2.5 * long_share : 1.0 + long_share);
+        blob.share = grey ? 0.8f : -0.6f;
         // Not beyond the falx.
         Vec3 at = p + mix * aside;
         at.x() = p.x() + mix * aside.x() * std::min(1.0, std::abs(p.x()) / 30.0);
         const Vec3 map = on_map(at, fields);
         for (std::size_t t = 0; t < parts.size(); ++t) {
             if (parts[t].border(map) > 0.0) continue;
-            contents[t][grey] += std::abs(content(lump));
-            lumps[t].push_back(lump);
+            contents[t][grey] += std::abs(content(blob));
+            texture_blobs[t].push_back(blob);
             break;
         }
     }
     for (std::size_t t = 0; t < parts.size(); ++t) {
         const double least = std::min(contents[t][0], contents[t][1]);
-        for (Lump& lump : lumps[t]) {
-            const double own = contents[t][lump.share > 0.0f];
-            lump.share *= static_cast<float>(least / std::max(own, 1e-9));
+        for (TextureBlob& blob : texture_blobs[t]) {
+            const double own = contents[t][blob.share > 0.0f];
+            blob.share *= static_cast<float>(least / std::max(own, 1e-9));
         }
     }
-    return lumps;
+    return texture_blobs;
 }
 
 }  // namespace
@@ -160,7 +160,7 @@ void add_brain_layers(std::vector<TissueLayer>& layers, const Chance& chance, co
     for (Vec3& v : mesh.vertices) v = place * v;
     layers.push_back({"brain", Material::SoftTissue, Material::SoftTissue, std::move(mesh), false});
     const std::vector<Territory> parts = territories();
-    std::vector<std::vector<Lump>> lumps = convolutions(parts, chance, brain, fields);
+    std::vector<std::vector<TextureBlob>> texture_blobs = convolutions(parts, chance, brain, fields);
     for (std::size_t t = 0; t < parts.size(); ++t) {
         shape::Compound part;
         part.add(brain);
@@ -168,13 +168,13 @@ void add_brain_layers(std::vector<TissueLayer>& layers, const Chance& chance, co
         part.keep({[&](const Vec3& p) { return 0.5 * parts[t].border(on_map(p, fields)); }, brain.box});
         geometry::TriangleMesh piece = shape::polygonised(part, brain_cell).outer;
         for (Vec3& v : piece.vertices) v = place * v;
-        for (Lump& lump : lumps[t]) {
-            lump.middle = (place * Vec3(lump.middle.cast<double>())).cast<float>();
-            lump.axis = (place.linear() * Vec3(lump.axis.cast<double>())).cast<float>();
+        for (TextureBlob& blob : texture_blobs[t]) {
+            blob.middle = (place * Vec3(blob.middle.cast<double>())).cast<float>();
+            blob.axis = (place.linear() * Vec3(blob.axis.cast<double>())).cast<float>();
         }
         layers.push_back(
             {"brain, " + parts[t].name, Material::SoftTissue, Material::SoftTissue, std::move(piece), false});
-        layers.back().lumps = std::move(lumps[t]);
+        layers.back().texture_blobs = std::move(texture_blobs[t]);
     }
 }
 

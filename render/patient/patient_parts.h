@@ -102,10 +102,10 @@ void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 /// The space of a lung, before heart and vessels take room from it.
 shape::Solid lung_space(const Chest&, Side);
 
-/// Lumps of more and of less tissue, as many mm³ of each, in a solid: what fat between and in muscles,
+/// TextureBlobs of more and of less tissue, as many mm³ of each, in a solid: what fat between and in muscles,
 /// fasciae and the walls and contents of bowels do to an image. Their power in it falls as 1/f³ (of
 /// mammograms: about that, Burgess 2001).
-std::vector<Lump> tissue_texture(const Chance&, const shape::Solid& tissue);
+std::vector<TextureBlob> tissue_texture(const Chance&, const shape::Solid& tissue);
 
 /// `flesh`: what is under the fat of the skin; `cavity`: what the muscles of belly, back and pelvis enclose;
 /// `front`: y of the skin in front of it.

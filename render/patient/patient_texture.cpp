@@ -47,12 +47,12 @@ private:
 
 }  // namespace
 
-std::vector<Lump> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
-    // Half-axes r of smallest to largest. A lump's image has an energy ∝ share² · r⁴ at frequencies about
+std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
+    // Half-axes r of smallest to largest. A blob's image has an energy ∝ share² · r⁴ at frequencies about
     // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, share = (smallest/r)^0.45, the power
     // of the sum is ∝ f^(−2.8), somewhat steeper where the smallest end.
     constexpr double smallest = 1.0, largest = 24.0, longest = 2.4;  // longest: times r, along the axis
-    constexpr double filled = 0.016;  // of the place, by the lumps of each factor e of r (estimate)
+    constexpr double filled = 0.016;  // of the place, by the texture_blobs of each factor e of r (estimate)
     constexpr double power = 7.0 / 3.0;
     const double mean_volume =
         std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) * std::pow(smallest, 3);
@@ -61,7 +61,7 @@ std::vector<Lump> tissue_texture(const Chance& chance, const shape::Solid& tissu
     const auto count = static_cast<int>(filled / mean_volume * (1.0 - rarest) / power * size.prod());
     const CoarseDistance distance(tissue, 11.0);
     geometry::Random random(chance.field("texture of tissue"));
-    std::vector<Lump> lumps;
+    std::vector<TextureBlob> texture_blobs;
     double balance = 0.0;
     for (int k = 0; k < count; ++k) {
         const double x = random(), y = random(), z = random();
@@ -71,17 +71,17 @@ std::vector<Lump> tissue_texture(const Chance& chance, const shape::Solid& tissu
         // Bundles of muscle and lobules of fat run along the body more than across it.
         const double ax = random.between(-1, 1), ay = random.between(-1, 1), az = random.between(-1.6, 1.6);
         if (distance(middle) > -0.8 * radius * elongation) continue;
-        Lump lump;
-        lump.middle = middle.cast<float>();
-        lump.axis = Vec3(ax, ay, az + (az < 0 ? -1e-6 : 1e-6)).normalized().cast<float>();
-        lump.radius = static_cast<float>(radius);
-        lump.elongation = static_cast<float>(elongation);
+        TextureBlob blob;
+        blob.middle = middle.cast<float>();
+        blob.axis = Vec3(ax, ay, az + (az < 0 ? -1e-6 : 1e-6)).normalized().cast<float>();
+        blob.radius = static_cast<float>(radius);
+        blob.elongation = static_cast<float>(elongation);
         // What is more here is less there.
-        lump.share = static_cast<float>(std::pow(smallest / radius, 0.45)) * (balance > 0.0 ? -1.0f : 1.0f);
-        balance += content(lump);
-        lumps.push_back(lump);
+        blob.share = static_cast<float>(std::pow(smallest / radius, 0.45)) * (balance > 0.0 ? -1.0f : 1.0f);
+        balance += content(blob);
+        texture_blobs.push_back(blob);
     }
-    return lumps;
+    return texture_blobs;
 }
 
 }  // namespace render

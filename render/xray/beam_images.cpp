@@ -95,11 +95,11 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
         if (mixed && !tissue.takes_contrast && !tissue.perfused) {
             Field& length = mixture(tissue);
             renderer.accumulate(mesh, arm, length);
-            add_lengths(tissue.lumps, arm, length);
+            add_lengths(tissue.texture_blobs, arm, length);
             continue;
         }
         PathLengthRenderer::Result path = renderer.render(mesh, arm);
-        add_lengths(tissue.lumps, arm, path.length);
+        add_lengths(tissue.texture_blobs, arm, path.length);
         if (mixed) add(path.length, mixture(tissue));
         if (tissue.perfused) pose.organs[mesh] = SparseLength(path.length);
         if (!tissue.takes_contrast) continue;

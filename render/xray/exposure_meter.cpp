@@ -50,7 +50,7 @@ MeteredLayers::MeteredLayers(std::span<const TissueLayer> layers) : count_(layer
 }
 
 ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers,
-                             std::vector<VolumeCaster> volumes, std::shared_ptr<const MeteredLayers> known)
+                             std::vector<VolumeRayCaster> volumes, std::shared_ptr<const MeteredLayers> known)
     : config_(config), volumes_(std::move(volumes)) {
     if (known) layers_.push_back(std::move(known));
     layers_.push_back(std::make_shared<MeteredLayers>(layers));
@@ -72,7 +72,7 @@ void ExposureMeter::move_to(const CArm& arm) {
             some->meshes_.accumulate(layer.mesh, pose.coarse, mixture->length);
         }
     }
-    for (const VolumeCaster& volume : volumes_) {
+    for (const VolumeRayCaster& volume : volumes_) {
         const std::vector<Field> lengths = volume.every_length(pose.coarse);
         for (std::size_t p = 0; p < lengths.size(); ++p)
             add_length(pose.mixtures, volume.parts()[p].material, volume.parts()[p].inside, lengths[p]);

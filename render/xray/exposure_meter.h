@@ -62,7 +62,7 @@ class ExposureMeter {
 public:
     /// `known`: of more layers, before these.
     ExposureMeter(const FluoroscopeConfig&, std::span<const TissueLayer>,
-                  std::vector<VolumeCaster> volumes = {}, std::shared_ptr<const MeteredLayers> known = {});
+                  std::vector<VolumeRayCaster> volumes = {}, std::shared_ptr<const MeteredLayers> known = {});
 
     /// The output of the tube and the dose to the patient for the pulse. Depends on pose, dose and voltage
     /// alone: wire and contrast do not change the exposure. Throws like require_usable.
@@ -94,7 +94,7 @@ private:
 
     FluoroscopeConfig config_;
     std::vector<std::shared_ptr<const MeteredLayers>> layers_;
-    std::vector<VolumeCaster> volumes_;
+    std::vector<VolumeRayCaster> volumes_;
     std::optional<Pose> pose_;
 };
 

@@ -132,12 +132,12 @@ bool same_plane(CArm a, const CArm& b) {
 /// Lengths through volumes, which cost most of a pose and do not depend on the collimator.
 class VolumeImages {
 public:
-    void add_to(PoseImages& pose, std::span<const VolumeCaster> volumes) {
+    void add_to(PoseImages& pose, std::span<const VolumeRayCaster> volumes) {
         CArm open = pose.arm;
         open.opening_width = open.opening_height = widest_opening;
         if (!arm_ || !(*arm_ == open)) {
             lengths_.clear();
-            for (const VolumeCaster& volume : volumes) lengths_.push_back(volume.lengths(open));
+            for (const VolumeRayCaster& volume : volumes) lengths_.push_back(volume.lengths(open));
             arm_ = open;
         }
         for (std::size_t v = 0; v < volumes.size(); ++v)
@@ -151,10 +151,10 @@ private:
     std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
 };
 
-std::vector<VolumeCaster> casters_of(std::vector<DensityVolume> volumes) {
-    std::vector<VolumeCaster> casters;
-    for (DensityVolume& volume : volumes) casters.emplace_back(std::move(volume));
-    return casters;
+std::vector<VolumeRayCaster> ray_casters_of(std::vector<DensityVolume> volumes) {
+    std::vector<VolumeRayCaster> ray_casters;
+    for (DensityVolume& volume : volumes) ray_casters.emplace_back(std::move(volume));
+    return ray_casters;
 }
 
 }  // namespace
@@ -189,7 +189,7 @@ struct Fluoroscope::State {
     std::vector<VertexMove> lumen_moves;  // that the pose's vessels were made with
     std::vector<Eigen::Vector3f> moves;   // of the vessels' nodes, as the renderer has them; empty = none
     std::optional<DistalVessels> distal;
-    std::vector<VolumeCaster> volumes;
+    std::vector<VolumeRayCaster> volumes;
     VolumeImages volume_images;
     WireImage wire;
     std::optional<PlaneImages> plane;
@@ -202,7 +202,7 @@ struct Fluoroscope::State {
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
 
     State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around,
-          std::vector<VolumeCaster> through, std::shared_ptr<const MeteredLayers> known)
+          std::vector<VolumeRayCaster> through, std::shared_ptr<const MeteredLayers> known)
         : config(chosen),
           meter(chosen, around.subspan(known ? known->count() : 0), through, known),
           volumes(std::move(through)) {}
@@ -357,7 +357,7 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
                          std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal,
                          std::vector<DensityVolume> volumes, std::shared_ptr<const MeteredLayers> known)
-    : state_(std::make_unique<State>(config, layers, casters_of(std::move(volumes)), std::move(known))) {
+    : state_(std::make_unique<State>(config, layers, ray_casters_of(std::move(volumes)), std::move(known))) {
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
     state_->phases.emplace(layers);
@@ -542,7 +542,7 @@ std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm
         const CArm seen = tissue.takes_contrast ? seen_from_shifted(arm, exposure.vessel_shift) : arm;
         lengths.push_back({tissue.name, tissue.material, tissue.inside,
                            state_->renderer.render(static_cast<int>(layer), seen, phase).length});
-        if (!tissue.lumps.empty()) add_lengths(tissue.lumps, seen, lengths.back().length);
+        if (!tissue.texture_blobs.empty()) add_lengths(tissue.texture_blobs, seen, lengths.back().length);
     }
     return lengths;
 }

@@ -16,8 +16,8 @@
 #include "render/xray/display.h"
 #include "render/xray/distal_vessels.h"
 #include "render/xray/iodine_clouds.h"
-#include "render/xray/lumps.h"
 #include "render/xray/materials.h"
+#include "render/xray/texture_blobs.h"
 #include "render/xray/volume.h"
 #include "render/xray/wire_image.h"
 #include "render/xray/x_ray_tube.h"
@@ -39,7 +39,7 @@ struct TissueLayer {
     /// its gas farthest [mm]; empty = still.
     std::vector<Eigen::Vector3f> breath = {}, beat = {}, drift = {};
     /// Where its share differs from that of the mesh: texture, which neither breath nor heartbeat moves.
-    std::vector<Lump> lumps = {};
+    std::vector<TextureBlob> texture_blobs = {};
     bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
 
@@ -168,8 +168,8 @@ public:
     DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node,
                             std::span<const Eigen::Vector3f> moves = {});
 
-    /// Ground truth: the length of each ray in a layer, mesh and lumps, where vessels, breath and heartbeat
-    /// are in the exposure.
+    /// Ground truth: the length of each ray in a layer, mesh and texture_blobs, where vessels, breath and
+    /// heartbeat are in the exposure.
     struct LayerLength {
         std::string name;
         Material material, inside;

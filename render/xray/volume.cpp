@@ -116,7 +116,7 @@ void narrow(IndexRange& layers, double p0, double dp, double low, double high) {
 
 }  // namespace
 
-struct VolumeCaster::State {
+struct VolumeRayCaster::State {
     DensityVolume volume;
     int threads = 1;
     Mat3 to_index = Mat3::Identity();
@@ -131,7 +131,7 @@ struct VolumeCaster::State {
     std::vector<Field> cast(const CArm&) const;
 };
 
-VolumeCaster::VolumeCaster(DensityVolume volume, int threads) {
+VolumeRayCaster::VolumeRayCaster(DensityVolume volume, int threads) {
     std::string wrong;
     for (const std::string& sentence : problems(volume)) wrong += (wrong.empty() ? "" : "; ") + sentence;
     if (!wrong.empty()) throw std::invalid_argument(wrong);
@@ -157,11 +157,11 @@ VolumeCaster::VolumeCaster(DensityVolume volume, int threads) {
     state_ = std::move(state);
 }
 
-const std::vector<VolumePart>& VolumeCaster::parts() const {
+const std::vector<VolumePart>& VolumeRayCaster::parts() const {
     return state_->volume.parts;
 }
 
-void VolumeCaster::State::find_occupied() {
+void VolumeRayCaster::State::find_occupied() {
     std::vector<char> counts(tables.front().size(), 0);
     for (const std::vector<Shares>& table : tables)
         for (std::size_t s = 0; s < table.size(); ++s)
@@ -200,8 +200,8 @@ void VolumeCaster::State::find_occupied() {
 }
 
 /// The layers at which some of the four samples lie outside the box; those count as 0.
-Shares VolumeCaster::State::near_edge(const std::vector<Shares>& table, const LayerRay& ray,
-                                      IndexRange layers) const {
+Shares VolumeRayCaster::State::near_edge(const std::vector<Shares>& table, const LayerRay& ray,
+                                         IndexRange layers) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
     Shares sum{};
@@ -221,7 +221,7 @@ Shares VolumeCaster::State::near_edge(const std::vector<Shares>& table, const La
     return sum;
 }
 
-Shares VolumeCaster::State::integral(const std::vector<Shares>& table, const LayerRay& ray) const {
+Shares VolumeRayCaster::State::integral(const std::vector<Shares>& table, const LayerRay& ray) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
     IndexRange all = {std::max(ray.layers.first, occupied[ray.axis].first),
@@ -257,7 +257,7 @@ Shares VolumeCaster::State::integral(const std::vector<Shares>& table, const Lay
     return sum + near_edge(table, ray, {std::max(within.end, within.first), all.end});
 }
 
-std::vector<Field> VolumeCaster::State::cast(const CArm& arm) const {
+std::vector<Field> VolumeRayCaster::State::cast(const CArm& arm) const {
     const int pixels = arm.pixels;
     std::vector<Field> lengths(volume.parts.size(), Field(pixels, pixels));
     if (occupied[0].first >= occupied[0].end) return lengths;
@@ -284,11 +284,11 @@ std::vector<Field> VolumeCaster::State::cast(const CArm& arm) const {
     return lengths;
 }
 
-std::vector<Field> VolumeCaster::every_length(const CArm& arm) const {
+std::vector<Field> VolumeRayCaster::every_length(const CArm& arm) const {
     return state_->cast(arm);
 }
 
-std::vector<Field> VolumeCaster::lengths(const CArm& arm) const {
+std::vector<Field> VolumeRayCaster::lengths(const CArm& arm) const {
     const VolumeGrid& grid = state_->volume.grid;
     constexpr int margin = 2;  // rays beyond the image on either side
     double finest = std::numeric_limits<double>::infinity(), farthest = 0.0;

@@ -65,11 +65,11 @@ std::vector<std::string> problems(const DensityVolume&);
 /// Casts rays by the method of Joseph (IEEE Trans. Med. Imaging 1:192–196, 1982): along the grid axis of
 /// which a ray crosses most layers, one bilinear interpolation a layer. It is exact for shares that are
 /// linear in space. Copies share the samples.
-class VolumeCaster {
+class VolumeRayCaster {
 public:
     /// `threads` = 0: one for each processor. Lengths do not depend on it. Throws std::invalid_argument with
     /// all problems of the volume.
-    explicit VolumeCaster(DensityVolume, int threads = 0);
+    explicit VolumeRayCaster(DensityVolume, int threads = 0);
 
     const std::vector<VolumePart>& parts() const;
 

@@ -312,9 +312,9 @@ private:
             break_at(frame, fmt::format("at rest with a gradient of {:g}, and {:g} was reported", gradient,
                                         report.relax.gradient));
         for (const physics::WallContact& contact : after.contacts)
-            if (!(contact.pressed_in() <= contact.room + 1))
+            if (!(contact.pressed_in() <= contact.clearance + 1))
                 return break_at(frame, fmt::format("a joint is {:g} mm in the wall of a vessel of {:g} mm",
-                                                   contact.penetration, contact.room));
+                                                   contact.penetration, contact.clearance));
         // A random tube may cross itself, where its triangles have no inside.
         if (frame % 5 == 0 && !simulation_.scenario().tube)
             if (const double hidden = lumen_.hidden_depth(wire, after.contacts); hidden > most_hidden)

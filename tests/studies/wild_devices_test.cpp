@@ -75,7 +75,7 @@ TEST_P(WildDevices, EndEveryFrameAtRestInsideTheVessel) {
         late += report.waiting_insertion != 0 || report.waiting_rotation != 0;
         restless += !report.settling && report.relax.newton_steps > 0 && !report.relax.at_rest();
         for (const physics::WallContact& contact : simulation.contacts().subspan(1))
-            outside += contact.room > 0 && contact.pressed_in() > contact.room;
+            outside += contact.clearance > 0 && contact.pressed_in() > contact.clearance;
     }
     std::printf(
         "%s, %s in %s, seed %u: %d frames, on their way %d (at most %d in a row), late %d, refused %d, "

@@ -147,7 +147,7 @@ void complete(io::Section& section, VesselTreeSpec& spec) {
 }
 
 /// The spec given by the section; `seed` and patient apply to the preset.
-VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed,
+VesselTreeSpec read_spec(io::Section& section, io::ParseContext& reading, std::uint64_t seed,
                          const PatientWish& wished) {
     VesselTreeSpec spec;
     const PatientWish wish = read_patient(section, wished);
@@ -202,7 +202,7 @@ Parts split(const std::string& text, std::size_t least, std::size_t most, std::s
 
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
                                  std::uint64_t seed, const PatientWish& wish) {
-    io::Reading reading{file.string(), {}, {}};
+    io::ParseContext reading{file.string(), {}, {}};
     const toml::table root = reading.parse(text);
     io::Section top(reading, &root, "");
     top.schema();
@@ -221,7 +221,7 @@ VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t
     return parse_vessel_file(io::read_text(path, "vessel tree", "expected a .toml file"), path, seed, wish);
 }
 
-VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const std::string& name) {
+VesselTreeSpec read_vessels(io::Section& section, io::ParseContext& reading, const std::string& name) {
     std::uint64_t seed = 0;
     section.whole("seed", seed, {0, 9e15});
     VesselTreeSpec spec;

@@ -8,7 +8,7 @@
 #include "engine/anatomy/grow/vessel_tree.h"
 
 namespace io {
-struct Reading;
+struct ParseContext;
 class Section;
 }  // namespace io
 
@@ -31,7 +31,7 @@ VesselTreeSpec load_vessel_file(const std::filesystem::path&, std::uint64_t seed
 /// The same as a section of another file, without schema: `preset` with `seed` and patient, or `tree`, a file
 /// in the same folder, or [[branch]], and the modifiers. Problems are recorded in the reading. The spec is
 /// named after preset or tree, else `name`.
-VesselTreeSpec read_vessels(io::Section&, io::Reading&, const std::string& name);
+VesselTreeSpec read_vessels(io::Section&, io::ParseContext&, const std::string& name);
 
 /// BRANCH:AT:LENGTH:PERCENT, BRANCH:AT:DIAMETER:NECK[:ANGLE] and AMPLITUDE:WAVELENGTH[:BRANCH], in mm and
 /// degrees. Throws InputError.

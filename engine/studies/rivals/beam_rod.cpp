@@ -1,4 +1,4 @@
-#include "engine/studies/rivals/beam_rod.h"
+#include "engine/studies/baselines/beam_rod.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

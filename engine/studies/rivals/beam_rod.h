@@ -9,13 +9,13 @@
 /// its exact gradient and tangent. The tangent is block tridiagonal, 5 × 5, and factorised without filling
 /// in.
 
-#include "engine/studies/rivals/rival.h"
+#include "engine/studies/baselines/baseline.h"
 
 namespace rivals {
 
-class BeamRod final : public Rival {
+class BeamRod final : public Baseline {
 public:
-    using Rival::Rival;
+    using Baseline::Baseline;
     void start(const std::vector<Vec3>& nodes) override;
     /// A round is one Newton step with its line search.
     Progress advance(int rounds) override;

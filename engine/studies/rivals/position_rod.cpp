@@ -1,4 +1,4 @@
-#include "engine/studies/rivals/position_rod.h"
+#include "engine/studies/baselines/position_rod.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 /// their length exactly; a joint bends with the compliance 1/C on u_{i+1} − u_i, whose energy is
 /// 2C sin²(θ/2); a node outside the lumen is pushed back with the compliance 1/k.
 
-#include "engine/studies/rivals/rival.h"
+#include "engine/studies/baselines/baseline.h"
 
 namespace rivals {
 
@@ -18,10 +18,10 @@ struct PositionSettings {
     bool warm_start = true;  // multipliers are carried from substep to substep, else start at zero
 };
 
-class PositionRod final : public Rival {
+class PositionRod final : public Baseline {
 public:
     PositionRod(const RodSpec& spec, const Tube* tube, const PositionSettings& settings)
-        : Rival(spec, tube), settings_(settings) {}
+        : Baseline(spec, tube), settings_(settings) {}
     void start(const std::vector<Vec3>& nodes) override;
     Progress advance(int rounds) override;
     double energy() const override;

@@ -1,10 +1,10 @@
-#include "engine/studies/rivals/rival.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
+
+#include "engine/studies/baselines/baseline.h"
 
 namespace rivals {
 
@@ -101,7 +101,7 @@ Touch Tube::touch(const Vec3& x, double& way, bool with_curvature) const {
     return touch;
 }
 
-void Rival::take(const std::vector<Vec3>& nodes) {
+void Baseline::take(const std::vector<Vec3>& nodes) {
     if (nodes.size() < 2) throw std::invalid_argument("a rod needs at least two nodes");
     for (std::size_t i = 0; i < nodes.size(); ++i)
         if (!nodes[i].allFinite())
@@ -115,7 +115,7 @@ void Rival::take(const std::vector<Vec3>& nodes) {
         for (std::size_t i = 0; i < nodes.size(); ++i) ways_[i] = tube_->nearest_way(nodes[i]);
 }
 
-double Rival::wall_energy() const {
+double Baseline::wall_energy() const {
     double energy = -spec_.load.dot(nodes_.back() - spec_.base);
     if (!tube_) return energy;
     for (int i = 1; i <= segments(); ++i) {
@@ -126,7 +126,7 @@ double Rival::wall_energy() const {
     return energy;
 }
 
-bool Rival::lost() const {
+bool Baseline::lost() const {
     const double far = 2 * segments() * spec_.segment_length;
     return std::any_of(nodes_.begin(), nodes_.end(), [&](const Vec3& x) {
         return !((x - spec_.base).squaredNorm() <= far * far);  // true for what is not a number

@@ -86,10 +86,10 @@ enum class Progress {
     Diverged  // a number is not finite, or a node is farther from x_0 than the rod is long, twice over
 };
 
-class Rival {
+class Baseline {
 public:
-    Rival(RodSpec spec, const Tube* tube) : spec_(std::move(spec)), tube_(tube) {}
-    virtual ~Rival() = default;
+    Baseline(RodSpec spec, const Tube* tube) : spec_(std::move(spec)), tube_(tube) {}
+    virtual ~Baseline() = default;
     /// Takes the rod as it lies, N+1 nodes, and forgets all else. Throws std::invalid_argument for fewer than
     /// two nodes or one that is not finite.
     virtual void start(const std::vector<Vec3>& nodes) = 0;

@@ -1,4 +1,4 @@
-#include "engine/studies/rivals/spring_chain.h"
+#include "engine/studies/baselines/spring_chain.h"
 
 #include <algorithm>
 #include <cmath>

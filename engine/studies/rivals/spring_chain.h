@@ -3,7 +3,7 @@
 /// 1999): point masses, axial springs EA/λ, bending springs ½Cθ² at the joints, springs k against the wall,
 /// and fictitious masses just large enough for a time step of 1 to be stable.
 
-#include "engine/studies/rivals/rival.h"
+#include "engine/studies/baselines/baseline.h"
 
 namespace rivals {
 
@@ -12,11 +12,11 @@ enum class Damping {
     Critical  // viscous, 2ω of the slowest motion under way, which Rayleigh's quotient estimates
 };
 
-class SpringChain final : public Rival {
+class SpringChain final : public Baseline {
 public:
     /// `safety`: of the masses over the least that Gershgorin's bound asks for.
     SpringChain(const RodSpec& spec, const Tube* tube, Damping damping, double safety = 2)
-        : Rival(spec, tube), damping_(damping), safety_(safety) {}
+        : Baseline(spec, tube), damping_(damping), safety_(safety) {}
     void start(const std::vector<Vec3>& nodes) override;
     Progress advance(int rounds) override;
     double energy() const override;

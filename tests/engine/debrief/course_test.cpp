@@ -186,15 +186,15 @@ TEST(Course, WhatCostsMostIsToldOfTheLastFiveAttemptsDearestFirst) {
         rows[k].costs[measure("travel")] = 4;
         rows[k].costs[measure("contrast")] = 0.4;
         rows[k].costs[measure("errors")] = 8;
-        rows[k].errors[static_cast<std::size_t>(exercise::Mishap::HardPress)] = 2;
-        rows[k].errors[static_cast<std::size_t>(exercise::Mishap::IdleBeam)] = 1;
+        rows[k].errors[static_cast<std::size_t>(exercise::HandlingError::HardPress)] = 2;
+        rows[k].errors[static_cast<std::size_t>(exercise::HandlingError::IdleBeam)] = 1;
     }
-    rows[5].errors[static_cast<std::size_t>(exercise::Mishap::Dissection)] = 1;
+    rows[5].errors[static_cast<std::size_t>(exercise::HandlingError::Dissection)] = 1;
     const std::vector<Costly> costly = learners_of(rows, plan)[0].costly();
     ASSERT_EQ(costly.size(), 3u);
     EXPECT_EQ(costly[0].what, "Errors of handling, most of all: The wall was pressed hard (10 times)");
     EXPECT_EQ(costly[0].advice,
-              exercise::mishap_advice[static_cast<std::size_t>(exercise::Mishap::HardPress)]);
+              exercise::handling_error_advice[static_cast<std::size_t>(exercise::HandlingError::HardPress)]);
     EXPECT_DOUBLE_EQ(costly[0].points, 8);
     EXPECT_EQ(costly[1].what, "Travel of the devices");
     EXPECT_EQ(costly[2].what, "The wall was dissected (1 time)");
@@ -215,7 +215,7 @@ TEST(Course, AnExerciseWithoutBenchmarkIsPassedByReachingItsTarget) {
     CourseRow row = attempt("Ada", "straight", 1);
     row.points.reset();
     row.costs.clear();
-    row.errors[static_cast<std::size_t>(exercise::Mishap::AgainstStop)] = 3;
+    row.errors[static_cast<std::size_t>(exercise::HandlingError::AgainstStop)] = 3;
     const CoursePlan plan = parsed(example);
     const LearnerCourse learner = learners_of(std::span(&row, 1), plan)[0];
     EXPECT_TRUE(learner.exercises[0].passed);
@@ -268,7 +268,7 @@ TEST(Course, ThePageOfAThousandRandomRowsIsWhole) {
         EXPECT_EQ(test::unbalanced(page), "");
         for (const char* bad : {"<script", "<b>Bob", "<i>own", "broken <a", "<Course>", "\x01", "\xc4nna"})
             EXPECT_EQ(page.find(bad), std::string::npos) << bad;
-        for (const std::string id : exercise::mishap_ids)  // two are plain words, too
+        for (const std::string id : exercise::handling_error_ids)  // two are plain words, too
             if (id.find('_') != id.npos) {
                 EXPECT_EQ(page.find(id), std::string::npos) << id;
             }

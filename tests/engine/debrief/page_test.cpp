@@ -43,13 +43,13 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
         *tell(scenario, recording(clumsy, "Ada"), quick())};
     const Story& story = stories.back();
     ASSERT_EQ(story.moments.size(), 121u);
-    ASSERT_GE(story.score.mishaps.size(), 3u);
+    ASSERT_GE(story.score.handling_errors.size(), 3u);
     const std::string html = page(stories, &stories.front());
     EXPECT_EQ(test::unbalanced(html), "");
     test::expect_said(html, "of Ada");
     // Each error: in the list, in the time line, on both sides of the way.
     EXPECT_EQ(count(html, "href=\"#e1\""), 4u);
-    EXPECT_EQ(count(html, "id=\"row"), story.score.mishaps.size());
+    EXPECT_EQ(count(html, "id=\"row"), story.score.handling_errors.size());
     for (const char* part :
          {"Time to the target", "expert", "attempt before", "skilled attempts", "by two &lt;people&gt;",
           "2.2 ± 0.3 s", "Learning curve", "Smoothness", "of 100 points"})
@@ -58,7 +58,7 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     const std::size_t begin = html.find(open) + open.size();
     const auto data = nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin));
     EXPECT_EQ(data["moments"].size(), 121u);
-    EXPECT_EQ(data["marks"].size(), story.score.mishaps.size());
+    EXPECT_EQ(data["marks"].size(), story.score.handling_errors.size());
     EXPECT_NEAR(data["moments"].back()[5].get<double>(), story.moments.back().inserted.at(0), 0.01);
 }
 
@@ -102,7 +102,7 @@ TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
     Story story = *tell(scenario, typed, quick());
     story.notices.push_back(evil);
     story.differences.push_back(evil);
-    story.score.mishaps[0].branch = evil;
+    story.score.handling_errors[0].branch = evil;
     story.score.wrong_branches = {{evil, 1, 2.0}};
     story.key_frames.push_back({3, evil, {1, 2, 3, 4}});
     const std::string html = page(std::span(&story, 1), nullptr);
@@ -150,9 +150,9 @@ TEST(Debrief, KeyFramesAreWhereErrorsBegan) {
     ASSERT_GE(story.key_frames.size(), 2u);
     for (const KeyFrame& frame : story.key_frames) {
         EXPECT_GT(frame.png.size(), 100u);
-        const bool known =
-            frame.frame == 120 || std::any_of(story.score.mishaps.begin(), story.score.mishaps.end(),
-                                              [&](const auto& mark) { return mark.first == frame.frame; });
+        const bool known = frame.frame == 120 ||
+                           std::any_of(story.score.handling_errors.begin(), story.score.handling_errors.end(),
+                                       [&](const auto& mark) { return mark.first == frame.frame; });
         EXPECT_TRUE(known) << frame.frame;
     }
     EXPECT_TRUE(story.score.air_kerma);

@@ -74,7 +74,7 @@ double play(const Start& start, const std::vector<Commands>& course, const std::
         episode.step(commands);
         EXPECT_EQ(exercise.simulation().state_hash(), episode.hash());
         const render::Readout panel = room.read(made, exercise.score());
-        const Reading state = episode.reading();
+        const Observation state = episode.reading();
         const auto line = nlohmann::json::parse(to_json(episode));
         const std::vector<Row> rows = rows_of(trace.rows(made, exercise.score()));
         const auto devices = exercise.simulation().devices();

@@ -22,12 +22,14 @@ bool same(const Body& a, const Body& b) {
         const render::TissueLayer &p = a.layers[i], &q = b.layers[i];
         if (p.name != q.name || p.material != q.material || p.inside != q.inside || !p.closed || !q.closed ||
             p.mesh.vertices != q.mesh.vertices || p.mesh.triangles != q.mesh.triangles ||
-            p.lumps.size() != q.lumps.size())
+            p.texture_blobs.size() != q.texture_blobs.size())
             return false;
-        for (std::size_t k = 0; k < p.lumps.size(); ++k)
-            if (p.lumps[k].middle != q.lumps[k].middle || p.lumps[k].axis != q.lumps[k].axis ||
-                p.lumps[k].radius != q.lumps[k].radius || p.lumps[k].elongation != q.lumps[k].elongation ||
-                p.lumps[k].share != q.lumps[k].share)
+        for (std::size_t k = 0; k < p.texture_blobs.size(); ++k)
+            if (p.texture_blobs[k].middle != q.texture_blobs[k].middle ||
+                p.texture_blobs[k].axis != q.texture_blobs[k].axis ||
+                p.texture_blobs[k].radius != q.texture_blobs[k].radius ||
+                p.texture_blobs[k].elongation != q.texture_blobs[k].elongation ||
+                p.texture_blobs[k].share != q.texture_blobs[k].share)
                 return false;
     }
     return true;
@@ -42,7 +44,7 @@ Body ball() {
     layer.inside = render::Material::Lung;
     layer.mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     layer.mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-    layer.lumps.push_back({Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(0, 1, 0), 2, 3, -0.5f});
+    layer.texture_blobs.push_back({Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(0, 1, 0), 2, 3, -0.5f});
     layer.closed = true;
     return body;
 }

@@ -297,7 +297,7 @@ TEST(Complications, AreNoErrorsAndNothingTellsTheTraineeButTheScore) {
     for (int k = 0; k < 50; ++k) frame({});
     EXPECT_TRUE(notices.text().empty()) << notices.text()[0];
     const Score score = exercise.finish();
-    EXPECT_TRUE(score.mishaps.empty());
+    EXPECT_TRUE(score.handling_errors.empty());
     ASSERT_EQ(score.set_by_teacher.size(), 4u);
     EXPECT_EQ(score.set_by_teacher[0].text, "spasm of the tube");
     EXPECT_NEAR(score.set_by_teacher[0].set, 1.0 / exercise.simulation().scenario().frame_rate, 1e-12);

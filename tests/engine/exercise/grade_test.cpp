@@ -56,7 +56,7 @@ TEST(Grade, ALineCostsWhatTheFormulaSays) {
     s.completed_after = 19;
     s.contrast = 300;
     s.wrong_branches = {{"RRA", 3, 2.0}};
-    s.mishaps.resize(2);
+    s.handling_errors.resize(2);
     const Grade made = grade(s, skilled);
     ASSERT_EQ(made.lines.size(), measures().size());
     double most = 0, cost = 0;
@@ -70,10 +70,10 @@ TEST(Grade, ALineCostsWhatTheFormulaSays) {
     EXPECT_DOUBLE_EQ(made.lines[5].cost, 10 * (1 - std::sqrt(1.0 / 4)));
     EXPECT_DOUBLE_EQ(made.lines[6].cost, 20 * (1 - std::sqrt(1.5 / 3)));
     EXPECT_DOUBLE_EQ(made.points, 100 - cost);
-    s.mishaps.clear();
-    s.mishaps.resize(3);
-    s.mishaps[0].kind = Mishap::Dissection;
-    s.mishaps[1].kind = Mishap::Perforation;
+    s.handling_errors.clear();
+    s.handling_errors.resize(3);
+    s.handling_errors[0].kind = HandlingError::Dissection;
+    s.handling_errors[1].kind = HandlingError::Perforation;
     EXPECT_DOUBLE_EQ(grade(s, skilled).cost_of_injuries(), 65);
     s.completed = false;
     EXPECT_EQ(grade(s, skilled).points, 0);
@@ -95,7 +95,7 @@ TEST(Grade, LookingIsNeverDearerThanGoingBlind) {
             blind.area_product = between(1e-3, 20) * skilled.area_product.mean();
             blind.wire_travel = between(0.2, 20) * skilled.wire_travel.mean();
             blind.contrast = blind.angiograms = 0;
-            blind.mishaps.resize(random() % 8);
+            blind.handling_errors.resize(random() % 8);
             Score looks = blind;
             looks.angiograms = 1;
             looks.contrast = skilled.contrast.mean();

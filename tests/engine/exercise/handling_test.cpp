@@ -11,8 +11,8 @@ namespace exercise {
 namespace {
 
 /// The marks of a script in a scenario.
-std::vector<MishapMark> marks_of(const scenario::Scenario& scenario, const std::string& script,
-                                 const MishapLimits& limits = {}) {
+std::vector<HandlingErrorMark> marks_of(const scenario::Scenario& scenario, const std::string& script,
+                                        const HandlingErrorLimits& limits = {}) {
     Exercise exercise(scenario, false);
     Handling handling(exercise.simulation(), limits);
     test::play(exercise, script, [&](const Frame& frame, const auto&) { handling.observe(frame); });
@@ -20,10 +20,10 @@ std::vector<MishapMark> marks_of(const scenario::Scenario& scenario, const std::
 }
 
 /// Those of one kind.
-std::vector<MishapMark> marks_of(Mishap kind, const scenario::Scenario& scenario, const std::string& script,
-                                 const MishapLimits& limits = {}) {
-    std::vector<MishapMark> marks = marks_of(scenario, script, limits);
-    std::erase_if(marks, [kind](const MishapMark& mark) { return mark.kind != kind; });
+std::vector<HandlingErrorMark> marks_of(HandlingError kind, const scenario::Scenario& scenario,
+                                        const std::string& script, const HandlingErrorLimits& limits = {}) {
+    std::vector<HandlingErrorMark> marks = marks_of(scenario, script, limits);
+    std::erase_if(marks, [kind](const HandlingErrorMark& mark) { return mark.kind != kind; });
     return marks;
 }
 
@@ -34,7 +34,7 @@ TEST(HandlingErrors, MotionWithoutBeamIsOneErrorUntilItPausesForHalfASecond) {
         marks_of(test::small_scenario(),
                  "2..4 advance 1 mm\n8 advance 1 mm\n30 rotate 5 deg\n40 beam on\n41 advance 1 mm\n");
     ASSERT_EQ(marks.size(), 2u);
-    EXPECT_EQ(marks[0].kind, Mishap::BlindMotion);
+    EXPECT_EQ(marks[0].kind, HandlingError::BlindMotion);
     EXPECT_EQ(marks[0].first, 2);
     EXPECT_EQ(marks[0].last, 8);
     EXPECT_NEAR(marks[0].start, 2 / 15.0, 1e-12);
@@ -47,7 +47,7 @@ TEST(HandlingErrors, MotionWithoutBeamIsOneErrorUntilItPausesForHalfASecond) {
 TEST(HandlingErrors, BeamOnNothingCountsFromItsBeginning) {
     const auto marks = marks_of(test::small_scenario(), "0 beam on\n1 advance 1 mm\n80 end\n");
     ASSERT_EQ(marks.size(), 1u);
-    EXPECT_EQ(marks[0].kind, Mishap::IdleBeam);
+    EXPECT_EQ(marks[0].kind, HandlingError::IdleBeam);
     EXPECT_EQ(marks[0].first, 2);
     EXPECT_EQ(marks[0].last, 80);
     EXPECT_NEAR(marks[0].amount, 79 / 15.0, 1e-12);
@@ -60,7 +60,7 @@ TEST(HandlingErrors, BeamOnNothingCountsFromItsBeginning) {
 
 TEST(HandlingErrors, PushingOnAtAnOpenEndIsAgainstAStop) {
     const auto marks =
-        marks_of(Mishap::AgainstStop, test::small_scenario(), "0 beam on\n1..60 advance 2 mm\n");
+        marks_of(HandlingError::AgainstStop, test::small_scenario(), "0 beam on\n1..60 advance 2 mm\n");
     ASSERT_EQ(marks.size(), 1u);
     EXPECT_GT(marks[0].first, 20);
     EXPECT_GE(marks[0].last, 34);  // then it gives way, and folds back in the tube
@@ -87,18 +87,19 @@ rigid = true
 centre_mm = [0, 0, 60]
 )",
                                                               "blind.toml", test::asset("devices"));
-    const auto marks = marks_of(Mishap::AgainstStop, blind, "0 beam on\n1..20 advance 2 mm\n");
+    const auto marks = marks_of(HandlingError::AgainstStop, blind, "0 beam on\n1..20 advance 2 mm\n");
     ASSERT_EQ(marks.size(), 1u);
-    EXPECT_GE(marks[0].amount, MishapLimits().stuck_feed);
+    EXPECT_GE(marks[0].amount, HandlingErrorLimits().stuck_feed);
     EXPECT_LE(marks[0].amount, 40);
     // A tip that goes on is not stuck.
-    EXPECT_TRUE(marks_of(Mishap::AgainstStop, blind, "0 beam on\n1..3 advance 2 mm\n").empty());
+    EXPECT_TRUE(marks_of(HandlingError::AgainstStop, blind, "0 beam on\n1..3 advance 2 mm\n").empty());
     EXPECT_TRUE(
-        marks_of(Mishap::AgainstStop, test::small_scenario(), "0 beam on\n1..15 advance 2 mm\n").empty());
+        marks_of(HandlingError::AgainstStop, test::small_scenario(), "0 beam on\n1..15 advance 2 mm\n")
+            .empty());
 }
 
 TEST(HandlingErrors, ForceCountsAboveTheLimitWithItsLargest) {
-    MishapLimits limits;
+    HandlingErrorLimits limits;
     limits.force = 0.015;
     Exercise exercise(test::small_scenario(), false);
     Handling handling(exercise.simulation(), limits);
@@ -113,19 +114,20 @@ TEST(HandlingErrors, ForceCountsAboveTheLimitWithItsLargest) {
     }
     ASSERT_TRUE(over);
     double marked = 0;
-    for (const MishapMark& mark : handling.marks())
-        if (mark.kind == Mishap::HardPress) marked = std::max(marked, mark.amount);
+    for (const HandlingErrorMark& mark : handling.marks())
+        if (mark.kind == HandlingError::HardPress) marked = std::max(marked, mark.amount);
     EXPECT_DOUBLE_EQ(marked, largest);
 }
 
 TEST(HandlingErrors, ATipOutsideTheFieldIsOne) {
     const std::string away = "0 beam on\n0 table 0 0 300 mm\n2 advance 1 mm\n";
-    const auto marks = marks_of(Mishap::OutOfView, test::small_scenario(), away);
+    const auto marks = marks_of(HandlingError::OutOfView, test::small_scenario(), away);
     ASSERT_EQ(marks.size(), 1u);
     EXPECT_EQ(marks[0].first, 2);
-    EXPECT_TRUE(marks_of(Mishap::OutOfView, test::small_scenario(), "0 beam on\n2 advance 1 mm\n").empty());
+    EXPECT_TRUE(
+        marks_of(HandlingError::OutOfView, test::small_scenario(), "0 beam on\n2 advance 1 mm\n").empty());
     // Behind the collimator is outside, too.
-    const auto collimated = marks_of(Mishap::OutOfView, test::small_scenario(),
+    const auto collimated = marks_of(HandlingError::OutOfView, test::small_scenario(),
                                      "0 beam on\n0 collimate 10 10 mm\n2 advance 1 mm\n");
     EXPECT_EQ(collimated.size(), 1u);
 }
@@ -135,17 +137,17 @@ TEST(HandlingErrors, ATargetThatWasReachedAndLeftIsLost) {
     scenario.target.name = "";
     scenario.target.centre = geometry::Vec3(22, 0, 0);
     const auto lost =
-        marks_of(Mishap::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20..27 advance 2 mm\n");
+        marks_of(HandlingError::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20..27 advance 2 mm\n");
     ASSERT_EQ(lost.size(), 1u);
     EXPECT_GT(lost[0].amount, 2 * scenario.target.radius);
-    EXPECT_TRUE(
-        marks_of(Mishap::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20 advance 2 mm\n").empty());
+    EXPECT_TRUE(marks_of(HandlingError::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20 advance 2 mm\n")
+                    .empty());
 }
 
 TEST(HandlingErrors, ARoadmapHoldsForItsViewOnly) {
     const std::string map = "0 beam on\n0 mode dsa\n5 mode roadmap\n";
     const auto stale = [](const std::string& script) {
-        return marks_of(Mishap::StaleRoadmap, test::small_scenario(), script);
+        return marks_of(HandlingError::StaleRoadmap, test::small_scenario(), script);
     };
     EXPECT_TRUE(stale(map + "6 advance 1 mm\n").empty());
     EXPECT_EQ(stale(map + "6 arm lao 10 deg\n7 advance 1 mm\n").size(), 1u);
@@ -160,17 +162,17 @@ TEST(HandlingErrors, ContrastAgainstTheWallTheCatheterPointsAt) {
             "[relaxer]", "[catheter]\ndevice = \"" + device + "\"\ninserted_mm = 40.0\n[relaxer]");
     };
     const std::string script = "0 beam on\n5 inject 0.3 ml at 0.3 ml/s through catheter\n30 end\n";
-    MishapLimits limits;
+    HandlingErrorLimits limits;
     limits.tip_force = 1e-6;
-    const auto bent = marks_of(Mishap::InjectionAtWall, scenario("cobra5f"), script, limits);
+    const auto bent = marks_of(HandlingError::InjectionAtWall, scenario("cobra5f"), script, limits);
     ASSERT_EQ(bent.size(), 1u);
     EXPECT_GE(bent[0].first, 5);
     EXPECT_LE(bent[0].last, 5 + 16);
     EXPECT_GT(bent[0].amount, limits.tip_force);
     // Not while nothing is injected, nor for an injection from elsewhere.
     EXPECT_TRUE(
-        marks_of(Mishap::InjectionAtWall, scenario("cobra5f"), "0 beam on\n30 end\n", limits).empty());
-    EXPECT_TRUE(marks_of(Mishap::InjectionAtWall, scenario("cobra5f"),
+        marks_of(HandlingError::InjectionAtWall, scenario("cobra5f"), "0 beam on\n30 end\n", limits).empty());
+    EXPECT_TRUE(marks_of(HandlingError::InjectionAtWall, scenario("cobra5f"),
                          "0 beam on\n5 inject 1 ml at 1 ml/s into tube\n30 end\n", limits)
                     .empty());
 }
@@ -185,12 +187,12 @@ TEST(HandlingErrors, OfWildHandsAreInOrder) {
         std::mt19937 random(seed);
         Exercise exercise(test::small_scenario(), false);
         Handling handling(exercise.simulation());
-        std::array<int, mishap_kinds> last;
+        std::array<int, handling_error_kinds> last;
         for (int index = 0; index < 120; ++index)
             handling.observe(exercise.next_frame(test::random_commands(random)));
         last.fill(-100);
         int before = 0, counted = 0;
-        for (const MishapMark& mark : handling.marks()) {
+        for (const HandlingErrorMark& mark : handling.marks()) {
             int& end = last[static_cast<std::size_t>(mark.kind)];
             EXPECT_GE(mark.first, 0) << "seed " << seed;
             EXPECT_LE(mark.first, mark.last) << "seed " << seed;

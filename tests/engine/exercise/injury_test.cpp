@@ -265,7 +265,7 @@ TEST(Injury, IsInSnapshotsAndInTheStatesHash) {
     }
     ASSERT_EQ(other.simulation().contrast().holes().size(), 1u);
     EXPECT_GT(other.simulation().contrast().holes()[0].iodine, 1);
-    EXPECT_EQ(other.score().mishaps.size(), exercise.score().mishaps.size());
+    EXPECT_EQ(other.score().handling_errors.size(), exercise.score().handling_errors.size());
     // Back to where nothing was hurt.
     Exercise whole(blind("[injury]\nperforation_N = 0.3\n"), false);
     const Exercise::Snapshot unhurt = whole.snapshot();
@@ -279,14 +279,14 @@ TEST(Injury, IsInSnapshotsAndInTheStatesHash) {
 TEST(Injury, CostsPointsByItsKindAndIsNoErrorOfHandlingBesides) {
     Score score;
     score.completed = true;
-    score.mishaps.resize(3);
-    score.mishaps[1].kind = Mishap::Dissection;
-    score.mishaps[2].kind = Mishap::Perforation;
+    score.handling_errors.resize(3);
+    score.handling_errors[1].kind = HandlingError::Dissection;
+    score.handling_errors[2].kind = HandlingError::Perforation;
     EXPECT_DOUBLE_EQ(grade(score, {}).points, 100 - 15 - 50);
     scenario::Benchmark skilled;
     skilled.errors.values = {0};
     EXPECT_DOUBLE_EQ(grade(score, skilled).lines[6].cost, 20 * (1 - std::sqrt(0.5)));  // of the one error
-    score.mishaps[1].kind = Mishap::Perforation;
+    score.handling_errors[1].kind = HandlingError::Perforation;
     EXPECT_DOUBLE_EQ(grade(score, {}).points, 0);
 }
 

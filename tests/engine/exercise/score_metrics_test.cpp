@@ -110,7 +110,7 @@ TEST(ScoreMetrics, EachIsWhatTheFramesSay) {
         force_sum += seen.largest;
         impulse += seen.sum * dt;
         peak = std::max(peak, seen.largest);
-        over += seen.largest > MishapLimits().force;
+        over += seen.largest > HandlingErrorLimits().force;
         beam += seen.beam;
         if (k < first || k > completion) continue;
         speeds.push_back(moved / dt);
@@ -161,7 +161,7 @@ TEST(ScoreMetrics, DoingNothingScoresNothing) {
     for (const double value : {s.beam_on_time, s.contrast, s.wire_travel, s.rotation, s.tip_path,
                                s.idle_share, s.mean_tip_speed, s.path_efficiency})
         EXPECT_EQ(value, 0);
-    EXPECT_TRUE(s.mishaps.empty());
+    EXPECT_TRUE(s.handling_errors.empty());
     EXPECT_TRUE(s.wrong_branches.empty());
     EXPECT_FALSE(s.spectral_arc_length);
     EXPECT_EQ(grade(s, {}).points, 0);
@@ -181,7 +181,7 @@ TEST(ScoreMetrics, AMirroredRunScoresTheSame) {
     EXPECT_EQ(x.completed, y.completed);
     EXPECT_EQ(x.completion_time, y.completion_time);
     EXPECT_EQ(x.wire_travel, y.wire_travel);
-    EXPECT_EQ(x.mishaps.size(), y.mishaps.size());
+    EXPECT_EQ(x.handling_errors.size(), y.handling_errors.size());
 }
 
 TEST(ScoreMetrics, APauseWorsensWhatTakesTime) {
@@ -205,8 +205,8 @@ TEST(ScoreMetrics, ABeamLeftOnWorsensBeamOnly) {
     const Score left = play(test::small_scenario(), "0 beam on\n1..24 advance 2 mm\n100 end\n").score;
     ASSERT_TRUE(spared.completed);
     EXPECT_EQ(changes(spared, left), (std::set<std::string>{"beam_on_time_s", "handling_errors", "pulses"}));
-    ASSERT_EQ(left.mishaps.size(), 1u);
-    EXPECT_EQ(left.mishaps[0].kind, Mishap::IdleBeam);
+    ASSERT_EQ(left.handling_errors.size(), 1u);
+    EXPECT_EQ(left.handling_errors[0].kind, HandlingError::IdleBeam);
 }
 
 TEST(ScoreMetrics, ADetourWorsensWayAndTimeButNotTheRest) {

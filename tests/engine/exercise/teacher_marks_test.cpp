@@ -35,7 +35,7 @@ TEST(TeacherMarks, NothingMovesByThem) {
                              played("0..20 advance 1 mm\n5 teacher way on\n8 teacher readouts off\n60 end\n"),
                          without = played("0..20 advance 1 mm\n60 end\n");
     EXPECT_EQ(with.score.tip_path, without.score.tip_path);
-    EXPECT_EQ(with.score.mishaps.size(), without.score.mishaps.size());
+    EXPECT_EQ(with.score.handling_errors.size(), without.score.handling_errors.size());
     EXPECT_TRUE(without.score.teacher.empty());
 }
 

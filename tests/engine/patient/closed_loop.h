@@ -29,7 +29,7 @@ inline LoopErrors closed_loop(const std::filesystem::path& file, double voxel, i
     using geometry::Vec3;
     using render::Field;
     std::vector<render::TissueLayer> layers = render::make_patient({});
-    for (render::TissueLayer& layer : layers) layer.lumps.clear();  // a voxelised patient has none
+    for (render::TissueLayer& layer : layers) layer.texture_blobs.clear();  // a voxelised patient has none
     if (!with_gas)
         std::erase_if(layers, [](const render::TissueLayer& layer) { return layer.name == "bowel gas"; });
     const auto lumen =

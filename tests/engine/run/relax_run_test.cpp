@@ -127,7 +127,7 @@ TEST(RelaxCase, TheWiresRadiusIsTakenOffTheLumens) {
     Given given;
     given.request.wire_diameter = 0.5;
     const RelaxCase c = make_relax_case(given.request);
-    EXPECT_DOUBLE_EQ(physics::all_contacts(c.wire, *c.wall)[5].room, 0.75);
+    EXPECT_DOUBLE_EQ(physics::all_contacts(c.wire, *c.wall)[5].clearance, 0.75);
 }
 
 TEST(RelaxRun, ReportsWhatTheEnergyFunctionsSay) {

@@ -32,7 +32,7 @@ TEST(BentTube, IsTheTubeThatAFinePolylineMakes) {
         EXPECT_NEAR(found.penetration, expected.penetration, 1e-7) << x.transpose();
         EXPECT_LT((found.normal - expected.normal).norm(), 1e-3) << x.transpose();
         EXPECT_EQ(found.stiffness, 42);
-        EXPECT_EQ(found.room, 3);
+        EXPECT_EQ(found.clearance, 3);
     }
 }
 

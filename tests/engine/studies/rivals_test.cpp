@@ -7,11 +7,11 @@
 #include <memory>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/baselines/beam_rod.h"
+#include "engine/studies/baselines/position_rod.h"
+#include "engine/studies/baselines/spring_chain.h"
 #include "engine/studies/pareto_methods.h"
 #include "engine/studies/plain_wire.h"
-#include "engine/studies/rivals/beam_rod.h"
-#include "engine/studies/rivals/position_rod.h"
-#include "engine/studies/rivals/spring_chain.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
 #include "tests/engine/fixtures.h"
@@ -23,7 +23,7 @@ namespace {
 
 enum class Kind { Position, Chain, Beam };
 
-std::unique_ptr<Rival> make_rival(Kind kind, const RodSpec& spec, const Tube* tube = nullptr) {
+std::unique_ptr<Baseline> make_rival(Kind kind, const RodSpec& spec, const Tube* tube = nullptr) {
     switch (kind) {
         case Kind::Position:
             return std::make_unique<PositionRod>(spec, tube, PositionSettings{0.1, 16, false, true});
@@ -64,7 +64,7 @@ std::vector<Vec3> centreline_nodes(const Tube& tube, int n) {
 
 }  // namespace
 
-TEST(Rivals, TheirTubeHasTheDistanceGradientAndCurvatureOfItsCentreline) {
+TEST(Baselines, TheirTubeHasTheDistanceGradientAndCurvatureOfItsCentreline) {
     const Tube& tube = bent_tube();
     for (const double way : {4.0, 17.0, 29.0, 38.0, 44.0}) {
         const Vec3 x = tube.point(way) + Vec3(0.2, 1.1, -1.3);
@@ -84,7 +84,7 @@ TEST(Rivals, TheirTubeHasTheDistanceGradientAndCurvatureOfItsCentreline) {
     }
 }
 
-TEST(Rivals, TheirTubeIsThatOfTheScenes) {
+TEST(Baselines, TheirTubeIsThatOfTheScenes) {
     for (const char* name : {"sinuous", "spatial", "hairpin"}) {
         const studies::ParetoVessel vessel = studies::scene_vessel(name, false);
         const physics::TubeWall wall(vessel.path, vessel.tube->radius(), 1.0);
@@ -100,7 +100,7 @@ TEST(Rivals, TheirTubeIsThatOfTheScenes) {
     }
 }
 
-TEST(Rivals, RefuseATubeOrARodThatCannotBe) {
+TEST(Baselines, RefuseATubeOrARodThatCannotBe) {
     EXPECT_THROW(Tube({}, 1), std::invalid_argument);
     EXPECT_THROW(Tube({{0, 0, Vec3::UnitZ()}}, 1), std::invalid_argument);
     EXPECT_THROW(Tube({{10, NAN, Vec3::UnitZ()}}, 1), std::invalid_argument);
@@ -112,7 +112,7 @@ TEST(Rivals, RefuseATubeOrARodThatCannotBe) {
     }
 }
 
-TEST(Rivals, ACantileverBendsByPLCubedOver3EI) {
+TEST(Baselines, ACantileverBendsByPLCubedOver3EI) {
     const double force = 1e-4, exact = force * 8000 / (3 * 50);
     // The cubic element is exact at its nodes, whatever its length.
     for (const int n : {2, 5, 20}) EXPECT_NEAR(deflection(Kind::Beam, n, force) / exact, 1, 1e-5) << n;
@@ -122,7 +122,7 @@ TEST(Rivals, ACantileverBendsByPLCubedOver3EI) {
             EXPECT_NEAR(deflection(kind, n, force) / exact, 1 + 0.5 / (n * n), 1e-5) << n;
 }
 
-TEST(Rivals, ABentBeamUnderAMomentIsACircleOfRadiusEIOverM) {
+TEST(Baselines, ABentBeamUnderAMomentIsACircleOfRadiusEIOverM) {
     RodSpec spec;
     spec.axial = 1e3;  // a moment alone stretches nothing
     const int n = 20;
@@ -141,7 +141,7 @@ TEST(Rivals, ABentBeamUnderAMomentIsACircleOfRadiusEIOverM) {
     }
 }
 
-TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
+TEST(Baselines, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
     Elastica exact{.tip_force = 2};  // P L²/EI = 2: half of its length
     exact.clamp_at(0);
     EXPECT_NEAR(-exact.y, 0.49346, 1e-5);  // K. E. Bisshopp, D. C. Drucker, 1945
@@ -157,7 +157,7 @@ TEST(Rivals, UnderALargeForceTheyTakeTheShapeOfTheElastica) {
     }
 }
 
-TEST(Rivals, TheBeamsEnergyNeverRisesAndAllEndAtTheSameRest) {
+TEST(Baselines, TheBeamsEnergyNeverRisesAndAllEndAtTheSameRest) {
     const Tube& tube = bent_tube();
     RodSpec spec{.axial = 1e5};
     const std::vector<Vec3> start = centreline_nodes(tube, 44);
@@ -179,7 +179,7 @@ TEST(Rivals, TheBeamsEnergyNeverRisesAndAllEndAtTheSameRest) {
     }
 }
 
-TEST(Rivals, OneThatDivergesSaysSoAndKeepsFiniteNodes) {
+TEST(Baselines, OneThatDivergesSaysSoAndKeepsFiniteNodes) {
     RodSpec spec;
     SpringChain chain(spec, &bent_tube(), Damping::Kinetic, 0.01);
     auto nodes = centreline_nodes(bent_tube(), 40);
@@ -190,7 +190,7 @@ TEST(Rivals, OneThatDivergesSaysSoAndKeepsFiniteNodes) {
     PositionRod rod(spec, &bent_tube(), {10, 1, true, true});
     rod.start(nodes);
     EXPECT_EQ(rod.advance(10'000), Progress::Diverged);
-    for (const Rival* each : {static_cast<const Rival*>(&chain), static_cast<const Rival*>(&rod)})
+    for (const Baseline* each : {static_cast<const Baseline*>(&chain), static_cast<const Baseline*>(&rod)})
         for (const Vec3& x : each->nodes()) EXPECT_TRUE(x.allFinite());
     chain.start(centreline_nodes(bent_tube(), 40));  // afresh
     EXPECT_LT(chain.tally().rounds, 1);
@@ -198,7 +198,7 @@ TEST(Rivals, OneThatDivergesSaysSoAndKeepsFiniteNodes) {
 
 /// Beams share no code with our wire: their distance at rest is that of two discretisations, second order in
 /// the length of segments.
-TEST(Rivals, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
+TEST(Baselines, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
     const studies::ParetoVessel vessel = studies::scene_vessel("sinuous", false);
     std::vector<double> apart;
     for (const int finer : {1, 2, 4}) {

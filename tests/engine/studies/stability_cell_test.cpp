@@ -14,7 +14,7 @@ CellMeasure rested() {
     m.deviation = m.basin_deviation = 1e-4;
     m.penetration = m.reference_penetration = 0.01;
     m.moved = 1e-9;
-    m.room = 1;
+    m.clearance = 1;
     return m;
 }
 

@@ -335,7 +335,7 @@ TEST(Coaxial, AThickDeviceLiesFartherFromTheWall) {
     const auto contacts = all_contacts(vessel.wire, vessel.wall);
     for (int j = 1; j < vessel.wire.segments() - 2; ++j) {
         EXPECT_NEAR(vessel.wire.thickness[j], 0.5 * (1.67 - 0.889), 1e-12);
-        EXPECT_NEAR(contacts[j].room, 4.0 - 0.45 - 0.5 * (1.67 - 0.889), 1e-12);
+        EXPECT_NEAR(contacts[j].clearance, 4.0 - 0.45 - 0.5 * (1.67 - 0.889), 1e-12);
     }
 }
 

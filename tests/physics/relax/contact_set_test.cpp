@@ -151,7 +151,7 @@ public:
             contacts[i].penetration = from_axis.norm() - (side ? 1.5 : 3.0);
             contacts[i].normal = from_axis.normalized();
             contacts[i].stiffness = 10;
-            contacts[i].room = side ? 1.5 : 3;
+            contacts[i].clearance = side ? 1.5 : 3;
         }
     }
     bool same_vessel(int a, int b) const override { return a == b; }

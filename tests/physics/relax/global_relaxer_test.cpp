@@ -35,7 +35,7 @@ struct TwoFields final : LumenWall {
             c = {.penetration = joints[i].z() + station * jump,
                  .normal = Vec3::UnitZ(),
                  .stiffness = 20,
-                 .room = 5,
+                 .clearance = 5,
                  .station = station,
                  .held = c.held && station == c.station};
         }

@@ -79,7 +79,7 @@ public:
                     c.penetration = 1, c.curvature.setConstant(none);
                     break;
                 default:
-                    c.penetration = 1, c.room = 1e-300;
+                    c.penetration = 1, c.clearance = 1e-300;
             }
         }
     }

@@ -117,7 +117,7 @@ std::string saved(const DistanceField& field) {
 
 bool same_bits(const WallContact& a, const WallContact& b) {
     return a.penetration == b.penetration && a.normal == b.normal && a.curvature == b.curvature &&
-           a.trust == b.trust && a.room == b.room && a.station == b.station;
+           a.trust == b.trust && a.clearance == b.clearance && a.station == b.station;
 }
 
 }  // namespace

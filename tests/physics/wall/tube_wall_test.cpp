@@ -63,7 +63,7 @@ TEST(TubeWall, AFullSearchFindsTheClosestPartOfTheTube) {
         double closest = std::numeric_limits<double>::max();
         for (const Vec3& p : wall.centreline()) closest = std::min(closest, (p - x).norm());
         // The corners are 0.05 mm apart.
-        const double distance = ask(wall, x).penetration + ask(wall, x).room;
+        const double distance = ask(wall, x).penetration + ask(wall, x).clearance;
         EXPECT_LE(distance, closest + 1e-9);
         EXPECT_GE(distance, closest - 0.025);
     }

@@ -44,7 +44,7 @@ private:
             c.normal = -from_edge.normalized();
         }
         c.stiffness = 40;
-        c.room = 4;
+        c.clearance = 4;
         c.trust = std::max(0.0, -c.penetration);
         return c;
     }
@@ -76,7 +76,7 @@ struct OtherVessel : LumenWall {
             c.penetration = 2.1 - std::abs(joints[i].x());
             c.normal = Vec3(joints[i].x() > 0 ? -1 : 1, 0, 0);
             c.stiffness = 10;
-            c.room = 10;
+            c.clearance = 10;
             c.trust = std::max(0.0, -c.penetration);
         }
     }

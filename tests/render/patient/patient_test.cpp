@@ -15,8 +15,8 @@
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient_parts.h"
 #include "render/patient/solids.h"
-#include "render/xray/lumps.h"
 #include "render/xray/path_length.h"
+#include "render/xray/texture_blobs.h"
 
 namespace {
 
@@ -311,20 +311,20 @@ TEST(Patient, HasTerritoriesOfTheBrainWithBordersThatWanderAndInterlock) {
     RecordProperty("deviation_mm", std::to_string(deviation));
     EXPECT_GT(deviation, 1.5);
     EXPECT_LT(deviation, 8.0);
-    // Lumps move iodine within a territory and a little beyond its border, and make none.
+    // TextureBlobs move iodine within a territory and a little beyond its border, and make none.
     for (const TissueLayer& layer : layers) {
         if (!layer.name.starts_with("brain, ")) continue;
         double sum = 0, all = 0, beyond = 0;
         const Inside own(layer.mesh);
-        for (std::size_t i = 0; i < layer.lumps.size(); ++i) {
-            sum += render::content(layer.lumps[i]);
-            all += std::abs(render::content(layer.lumps[i]));
-            if (i % 10 == 0) beyond += 10 * !own(layer.lumps[i].middle.cast<double>());
+        for (std::size_t i = 0; i < layer.texture_blobs.size(); ++i) {
+            sum += render::content(layer.texture_blobs[i]);
+            all += std::abs(render::content(layer.texture_blobs[i]));
+            if (i % 10 == 0) beyond += 10 * !own(layer.texture_blobs[i].middle.cast<double>());
         }
         EXPECT_GT(all, 0.05 * geometry::signed_volume(layer.mesh)) << layer.name;
         EXPECT_LT(std::abs(sum), 1e-3 * all) << layer.name;
-        EXPECT_GT(beyond, 0.02 * static_cast<double>(layer.lumps.size())) << layer.name;
-        EXPECT_LT(beyond, 0.4 * static_cast<double>(layer.lumps.size())) << layer.name;
+        EXPECT_GT(beyond, 0.02 * static_cast<double>(layer.texture_blobs.size())) << layer.name;
+        EXPECT_LT(beyond, 0.4 * static_cast<double>(layer.texture_blobs.size())) << layer.name;
     }
 }
 

@@ -10,7 +10,7 @@
 #include "render/patient/patient.h"
 #include "render/patient/patient_parts.h"
 #include "render/xray/fluoroscope.h"
-#include "render/xray/lumps.h"
+#include "render/xray/texture_blobs.h"
 
 namespace {
 
@@ -46,7 +46,7 @@ const std::vector<TissueLayer>& textured_body(std::uint64_t seed) {
 Field lumps_of(const std::vector<TissueLayer>& layers, const CArm& arm) {
     Field sum(arm.pixels, arm.pixels);
     for (const TissueLayer& layer : layers)
-        if (layer.material != layer.inside) render::add_lengths(layer.lumps, arm, sum);
+        if (layer.material != layer.inside) render::add_lengths(layer.texture_blobs, arm, sum);
     return sum;
 }
 
@@ -111,7 +111,7 @@ TEST(PatientTexture, HasTheSpectrumOfAnatomicalNoiseFromAllSides) {
                     beta, mean, deviation);
         EXPECT_GT(beta, 2.5);
         EXPECT_LT(beta, 3.5);
-        EXPECT_NEAR(mean, 0.0, 2.5);  // a few large lumps more on one side: 0.8 % of the signal
+        EXPECT_NEAR(mean, 0.0, 2.5);  // a few large texture_blobs more on one side: 0.8 % of the signal
         // 1 to 4 % of the signal, for fat and muscle differ by 0.003/mm.
         EXPECT_GT(deviation, 3.0);
         EXPECT_LT(deviation, 13.0);
@@ -123,9 +123,9 @@ TEST(PatientTexture, HoldsAsMuchMoreAsLessOfTheTissue) {
         double sum = 0, all = 0, volume = 0;
         for (const TissueLayer& layer : textured_body(seed)) {
             if (layer.name == "trunk") volume += 1;
-            for (const render::Lump& lump : layer.lumps) {
-                sum += render::content(lump);
-                all += std::abs(render::content(lump));
+            for (const render::TextureBlob& blob : layer.texture_blobs) {
+                sum += render::content(blob);
+                all += std::abs(render::content(blob));
             }
         }
         EXPECT_EQ(volume, 1);
@@ -138,7 +138,7 @@ TEST(PatientTexture, LeavesTheMeanOfAnImageAndDiffersWithTheSeedAlone) {
     const auto &layers = textured_body(5), &other = textured_body(6);
     const auto again = make_textured_body(5);
     std::vector<TissueLayer> smooth = layers;
-    for (TissueLayer& layer : smooth) layer.lumps.clear();
+    for (TissueLayer& layer : smooth) layer.texture_blobs.clear();
     const CArm arm = texture_view(0, 0);
     EXPECT_EQ(lumps_of(layers, arm).values, lumps_of(again, arm).values);
     EXPECT_NE(lumps_of(layers, arm).values, lumps_of(other, arm).values);
@@ -167,9 +167,9 @@ TEST(PatientTexture, LiesInFleshOnly) {
         if (layer.name != "trunk") continue;
         Eigen::AlignedBox3d body;
         for (const Vec3& v : layer.mesh.vertices) body.extend(v);
-        for (const render::Lump& lump : layer.lumps) {
-            const Vec3 p = lump.middle.cast<double>() - spec.origin;
-            ASSERT_TRUE(body.contains(lump.middle.cast<double>()));
+        for (const render::TextureBlob& blob : layer.texture_blobs) {
+            const Vec3 p = blob.middle.cast<double>() - spec.origin;
+            ASSERT_TRUE(body.contains(blob.middle.cast<double>()));
             // Not in the middle of a lung or of the brain.
             EXPECT_GT((p - Vec3(80, 0, 330)).norm(), 25.0);
             EXPECT_GT((p - Vec3(0, 10, 660)).norm(), 40.0);

@@ -17,8 +17,8 @@ using render::CArm;
 using render::DensityVolume;
 using render::Field;
 using render::Material;
-using render::VolumeCaster;
 using render::VolumeGrid;
+using render::VolumeRayCaster;
 
 constexpr double full_share = 10000;  // the sample that stands for a share of 1
 
@@ -67,7 +67,7 @@ void for_each_ray(const CArm& arm, const std::function<void(int, int, const Vec3
 
 }  // namespace
 
-TEST(VolumeCaster, LengthsThroughALinearFieldAreExact) {
+TEST(VolumeRayCaster, LengthsThroughALinearFieldAreExact) {
     // Shares are whole samples, linear in i, j and k; rays that enter and leave by the faces of the axis that
     // they are cast along see the whole slab, half a step beyond the outermost samples.
     for (const bool oblique : {false, true}) {
@@ -81,7 +81,7 @@ TEST(VolumeCaster, LengthsThroughALinearFieldAreExact) {
                     volume.samples[grid.index(i, j, k)] =
                         static_cast<std::int16_t>(5000 + 30 * i - 20 * j + 11 * k);
         volume.parts.push_back({Material::SoftTissue, Material::Air, {{0, 0}, {10000, 1}}});
-        const VolumeCaster caster(volume);
+        const VolumeRayCaster caster(volume);
         const geometry::Mat3 to_index = grid.axes().inverse();
         int rays = 0;
         for (const CArm& arm : volume_views) {
@@ -109,15 +109,15 @@ TEST(VolumeCaster, LengthsThroughALinearFieldAreExact) {
     }
 }
 
-TEST(VolumeCaster, GaussianAgreesWithItsClosedForm) {
+TEST(VolumeRayCaster, GaussianAgreesWithItsClosedForm) {
     // A blob of σ = 4 steps: the sum over layers errs by less than exp(−2π²σ²/h²), bilinear interpolation by
     // h²/8 of the second derivative: at most 1/(8·16) of the middle's value each way across the ray.
     const Vec3 middle(10, -20, 300);
     constexpr double step = 1.5, sigma = 4 * step;
     for (const bool oblique : {false, true}) {
-        const VolumeCaster caster(filled(grid_about(middle, step, {48, 48, 48}, oblique), [&](const Vec3& x) {
-            return std::exp(-0.5 * (x - middle).squaredNorm() / (sigma * sigma));
-        }));
+        const VolumeRayCaster caster(filled(
+            grid_about(middle, step, {48, 48, 48}, oblique),
+            [&](const Vec3& x) { return std::exp(-0.5 * (x - middle).squaredNorm() / (sigma * sigma)); }));
         for (const CArm& arm : volume_views) {
             const Field every = caster.every_length(arm).front(), fewer = caster.lengths(arm).front();
             const double most = sigma * std::sqrt(2 * std::numbers::pi);
@@ -132,7 +132,7 @@ TEST(VolumeCaster, GaussianAgreesWithItsClosedForm) {
     }
 }
 
-TEST(VolumeCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
+TEST(VolumeRayCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
     // Samples hold the share of their cell that lies in the sphere, from 4³ places.
     const Vec3 middle(10, -20, 300);
     constexpr double radius = 40;
@@ -140,7 +140,7 @@ TEST(VolumeCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
     for (const double step : {4.0, 2.0, 1.0}) {
         const int count = static_cast<int>(96 / step);
         const VolumeGrid grid = grid_about(middle, step, {count, count, count}, true);
-        const VolumeCaster caster(filled(grid, [&](const Vec3& x) {
+        const VolumeRayCaster caster(filled(grid, [&](const Vec3& x) {
             if (std::abs((x - middle).norm() - radius) > step)
                 return (x - middle).norm() < radius ? 1.0 : 0.0;
             int inside = 0;
@@ -171,7 +171,7 @@ TEST(VolumeCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
     }
 }
 
-TEST(VolumeCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
+TEST(VolumeRayCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
     // Independent samples are rougher than any CT; means of 3 × 3 × 3 of them are as rough as its noise.
     const unsigned seed = 20260708;
     std::mt19937 random(seed);
@@ -189,7 +189,7 @@ TEST(VolumeCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
     arm.pixels = 256;
     arm.detector_width = 100;
     const auto lost_of = [&](const DensityVolume& volume) {
-        const VolumeCaster caster(volume);
+        const VolumeRayCaster caster(volume);
         const Field every = caster.every_length(arm).front(), fewer = caster.lengths(arm).front();
         double lost = 0, mean = 0, squares = 0;
         int counted = 0;
@@ -208,7 +208,7 @@ TEST(VolumeCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
     EXPECT_GT(lost_of(rough), 0.0);
 }
 
-TEST(VolumeCaster, OneVolumeGivesSeveralMaterialsAndAnyNumberOfThreadsTheSameBits) {
+TEST(VolumeRayCaster, OneVolumeGivesSeveralMaterialsAndAnyNumberOfThreadsTheSameBits) {
     std::mt19937 random(7);
     std::uniform_int_distribution<int> sample(-1000, 2000);
     DensityVolume volume;
@@ -219,7 +219,7 @@ TEST(VolumeCaster, OneVolumeGivesSeveralMaterialsAndAnyNumberOfThreadsTheSameBit
                                     Material::CorticalBone, Material::TrabecularBone})
         volume.parts.push_back(
             {material, Material::Air, {{-500, 0}, {0, 0.1 * (1 + static_cast<int>(material))}}});
-    const VolumeCaster one(volume, 1), three(volume, 3);
+    const VolumeRayCaster one(volume, 1), three(volume, 3);
     const CArm arm = turned_arm(0.4, -0.3);
     const std::vector<Field> a = one.lengths(arm), b = three.lengths(arm);
     ASSERT_EQ(a.size(), volume.parts.size());
@@ -232,7 +232,7 @@ TEST(VolumeCaster, OneVolumeGivesSeveralMaterialsAndAnyNumberOfThreadsTheSameBit
     }
 }
 
-TEST(VolumeCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
+TEST(VolumeRayCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
     // Two volumes that overlap, one of them oblique, against their own lengths put into the image by hand.
     const DensityVolume body =
         filled(grid_about({10, -20, 300}, 3.0, {60, 40, 50}, false), [](const Vec3&) { return 0.7; });
@@ -251,14 +251,14 @@ TEST(VolumeCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
 
     render::PoseImages pose;
     pose.arm = arm;
-    std::vector<VolumeCaster> casters;
+    std::vector<VolumeRayCaster> ray_casters;
     for (const DensityVolume& volume : {body, bone}) {
-        casters.emplace_back(volume);
+        ray_casters.emplace_back(volume);
         render::add_length(pose.mixtures, volume.parts[0].material, volume.parts[0].inside,
-                           casters.back().lengths(arm)[0]);
+                           ray_casters.back().lengths(arm)[0]);
     }
     const render::FluoroscopeConfig config;
-    render::ExposureMeter meter(config, {}, casters);
+    render::ExposureMeter meter(config, {}, ray_casters);
     const render::BeamImages beam =
         render::beam_images(render::plane_images(config, arm), pose, 74.0, meter.scatter(arm, 74.0));
     for (std::size_t i = 0; i < quanta.values.size(); i += 11) {
@@ -267,7 +267,7 @@ TEST(VolumeCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
     }
 }
 
-TEST(VolumeCaster, UnusableVolumesAreRefusedWithEverythingWrong) {
+TEST(VolumeRayCaster, UnusableVolumesAreRefusedWithEverythingWrong) {
     DensityVolume volume =
         filled(grid_about({0, 0, 0}, 1, {4, 4, 4}, false), [](const Vec3&) { return 1.0; });
     EXPECT_TRUE(render::problems(volume).empty());
@@ -275,18 +275,18 @@ TEST(VolumeCaster, UnusableVolumesAreRefusedWithEverythingWrong) {
     volume.grid.steps[1] = volume.grid.steps[0];
     volume.parts[0].knots[1].share = std::nan("");
     EXPECT_EQ(render::problems(volume).size(), 3u);
-    EXPECT_THROW(VolumeCaster{volume}, std::invalid_argument);
+    EXPECT_THROW(VolumeRayCaster{volume}, std::invalid_argument);
     volume.grid.size = {0, 4, 4};
     volume.grid.origin[0] = std::numeric_limits<double>::infinity();
     volume.parts.clear();
     EXPECT_EQ(render::problems(volume).size(), 3u);
 }
 
-TEST(VolumeCaster, VolumeBehindTheSourceOrBesideTheBeamCastsNothing) {
+TEST(VolumeRayCaster, VolumeBehindTheSourceOrBesideTheBeamCastsNothing) {
     const CArm arm = turned_arm(0, 0);
     const Vec3 behind = render::source(arm) - 200 * render::axes(arm).beam;
     for (const Vec3& middle : {behind, Vec3(10, -20, 900)}) {
-        const VolumeCaster caster(
+        const VolumeRayCaster caster(
             filled(grid_about(middle, 2, {20, 20, 20}, true), [](const Vec3&) { return 1.0; }));
         const Field length = caster.lengths(arm).front();
         for (const float value : length.values) EXPECT_EQ(value, 0.0f);

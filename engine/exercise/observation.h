@@ -40,7 +40,7 @@ inline constexpr double absent = std::numeric_limits<double>::quiet_NaN();
 
 /// Plain numbers, which Python has as a record of NumPy. Places are those of the room at the frame's end:
 /// breath and heartbeat have moved them. What the fields are is in fields().
-struct Reading {
+struct Observation {
     std::int64_t frame = -1, run_frame = -1;
     double time = 0;
     script::Held device = script::Held::Wire;
@@ -64,15 +64,16 @@ struct Reading {
          past_vessel_end = false, withdrawal_stopped = false, whole_wire_is_in = false, completed = false,
          on_target = false, time_is_up = false;
 };
-static_assert(std::is_trivially_copyable_v<Reading> && std::is_standard_layout_v<Reading>);
+static_assert(std::is_trivially_copyable_v<Observation> && std::is_standard_layout_v<Observation>);
 
 struct Field {
     std::string_view name;    // in State and `serve`, with its unit; empty = in the trace alone
     std::string_view column;  // of the trace, x, y and z in place of ?; empty = none
     std::string_view unit;    // as a text; empty for plain numbers
     std::string_view doc;
-    std::variant<std::int64_t Reading::*, double Reading::*, bool Reading::*, Place Reading::*,
-                 InImage Reading::*, OfDevices Reading::*, Branch Reading::*, script::Held Reading::*>
+    std::variant<std::int64_t Observation::*, double Observation::*, bool Observation::*,
+                 Place Observation::*, InImage Observation::*, OfDevices Observation::*,
+                 Branch Observation::*, script::Held Observation::*>
         member;
 };
 /// In the order of a trace's columns. A field of all devices is the wire's; those of others have their name
@@ -87,9 +88,9 @@ public:
     void aim(const Simulation&);
     /// All but the tip and the target in the image. Tip, direction, branch and way are those of the device
     /// that the exercise is about.
-    Reading read(const Exercise&) const;
+    Observation read(const Exercise&) const;
     /// Those of that device, without dose, and without what is known of the attempt alone.
-    Reading read(const Simulation&, const FrameTime&, script::Held) const;
+    Observation read(const Simulation&, const FrameTime&, script::Held) const;
     /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
     std::optional<double> way_from(const Simulation&, const geometry::Vec3& place) const;
 

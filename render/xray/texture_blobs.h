@@ -1,6 +1,6 @@
 #pragma once
 /// Texture of tissue: small bodies with more or less of a material than what is around them. Their images are
-/// those of lumps in space, so that texture has parallax like everything else.
+/// those of texture_blobs in space, so that texture has parallax like everything else.
 
 #include <Eigen/Core>
 #include <span>
@@ -13,7 +13,7 @@ namespace render {
 /// An ellipsoid of revolution in which a material's share of the place is raised by share · (1 − ρ²)^(3/2); ρ
 /// is 0 in the middle and 1 on the surface. So its image is smooth: (3π/16) · share · chord · (1 − d²)², with
 /// the chord through the middle, and d from 0 in the middle of the image to 1 at its edge.
-struct Lump {
+struct TextureBlob {
     Eigen::Vector3f middle = Eigen::Vector3f::Zero();  // [mm]
     Eigen::Vector3f axis = Eigen::Vector3f::UnitZ();   // of revolution, unit
     float radius = 1.0f;                               // half-axis across [mm]
@@ -21,12 +21,12 @@ struct Lump {
     float share = 1.0f;                                // negative: less of the material [-]
 };
 
-/// Integral of the share over the lump's volume [mm³].
-double content(const Lump&);
+/// Integral of the share over the blob's volume [mm³].
+double content(const TextureBlob&);
 
 /// Adds to `sum`, arm.pixels squared, the integral of the shares along each pixel's ray [mm], averaged over
-/// pixels: a lump smaller than a pixel keeps its content. Lumps within 1 mm of the source's plane or behind
-/// it add nothing. The same arguments give the same bits.
-void add_lengths(std::span<const Lump>, const CArm&, Field& sum);
+/// pixels: a blob smaller than a pixel keeps its content. TextureBlobs within 1 mm of the source's plane or
+/// behind it add nothing. The same arguments give the same bits.
+void add_lengths(std::span<const TextureBlob>, const CArm&, Field& sum);
 
 }  // namespace render

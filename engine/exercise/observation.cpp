@@ -1,4 +1,4 @@
-#include "engine/exercise/reading.h"
+#include "engine/exercise/observation.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ namespace exercise {
 namespace {
 
 using geometry::Vec3;
-using R = Reading;
+using R = Observation;
 
 // name, column, unit, doc, member
 constexpr Field table[] = {
@@ -91,7 +91,7 @@ Place place_of(const Vec3& v) {
 }
 
 /// Contacts of the joints that the device bears: those that it is outermost at.
-void read_contacts(const Simulation& simulation, Reading& r) {
+void read_contacts(const Simulation& simulation, Observation& r) {
     const auto contacts = simulation.contacts();
     const std::span<const scenario::PlacedDevice> devices = simulation.devices();
     double s = 0;
@@ -130,13 +130,13 @@ std::optional<double> Reader::way_from(const Simulation& simulation, const Vec3&
     return ways_->between(anatomy::nearest_place(simulation.anatomy(), place), target_);
 }
 
-Reading Reader::read(const Simulation& simulation, const FrameTime& time, script::Held held) const {
+Observation Reader::read(const Simulation& simulation, const FrameTime& time, script::Held held) const {
     const anatomy::Anatomy& anatomy = simulation.anatomy();
     const Simulation::Tip tip = simulation.tip_of(held);
     const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, tip.at);
     const Vec3 shift = simulation.vessel_shift();
     const Readings& last = simulation.readings();
-    Reading r;
+    Observation r;
     r.frame = time.attempt;
     r.run_frame = time.index;
     r.time = time.seconds;
@@ -181,9 +181,9 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     return r;
 }
 
-Reading Reader::read(const Exercise& exercise) const {
+Observation Reader::read(const Exercise& exercise) const {
     const Simulation& simulation = exercise.simulation();
-    Reading r = read(simulation, exercise.time(), simulation.scenario().target.device);
+    Observation r = read(simulation, exercise.time(), simulation.scenario().target.device);
     if (const Dose* dose = exercise.dose()) {
         r.air_kerma = dose->air_kerma;
         r.area_product = dose->area_product;

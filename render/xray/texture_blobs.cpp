@@ -1,4 +1,4 @@
-#include "render/xray/lumps.h"
+#include "render/xray/texture_blobs.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,13 +7,13 @@
 
 namespace render {
 
-double content(const Lump& lump) {
+double content(const TextureBlob& blob) {
     // Over the unit ball, 4π ∫ ρ² (1 − ρ²)^(3/2) dρ = π²/8.
-    return lump.share * std::numbers::pi * std::numbers::pi / 8.0 * std::pow(lump.radius, 3) *
-           lump.elongation;
+    return blob.share * std::numbers::pi * std::numbers::pi / 8.0 * std::pow(blob.radius, 3) *
+           blob.elongation;
 }
 
-void add_lengths(std::span<const Lump> lumps, const CArm& arm, Field& sum) {
+void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Field& sum) {
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
     using Eigen::Vector3f;
@@ -27,32 +27,32 @@ void add_lengths(std::span<const Lump> lumps, const CArm& arm, Field& sum) {
     // The second moment of (1 − d²)² along an axis is an eighth of the squared half-axis, that of a
     // pixel 1/12: together they are those of an ellipse whose squared half-axes are larger by this [px²].
     constexpr float of_pixel = 2.0f / 3.0f;
-    for (const Lump& lump : lumps) {
-        const Vector3f from(static_cast<float>(lump.middle.x() - source.x()),
-                            static_cast<float>(lump.middle.y() - source.y()),
-                            static_cast<float>(lump.middle.z() - source.z()));
+    for (const TextureBlob& blob : texture_blobs) {
+        const Vector3f from(static_cast<float>(blob.middle.x() - source.x()),
+                            static_cast<float>(blob.middle.y() - source.y()),
+                            static_cast<float>(blob.middle.z() - source.z()));
         const float depth = beam.dot(from);
         if (!(depth > nearest)) continue;
         const float slope_x = right.dot(from) / depth, slope_y = -up.dot(from) / depth;
         const float x = centre + per_slope * slope_x, y = centre + per_slope * slope_y;
         const float scale = per_slope / depth;  // [px/mm]
-        const float most = scale * lump.radius * lump.elongation + 1.0f;
+        const float most = scale * blob.radius * blob.elongation + 1.0f;
         if (!(x + most > 0.0f && y + most > 0.0f && x - most < width && y - most < width)) continue;
 
-        // Half-axes of the image, and half the chord through the middle: their product is that of the lump's.
-        const float along_ray = lump.axis.dot(from) / from.norm();
+        // Half-axes of the image, and half the chord through the middle: their product is that of the blob's.
+        const float along_ray = blob.axis.dot(from) / from.norm();
         const float square = std::min(along_ray * along_ray, 1.0f);
-        const float longer = std::sqrt(lump.elongation * lump.elongation * (1.0f - square) + square);
-        const float half_chord = lump.radius * lump.elongation / longer;
-        const float a = scale * lump.radius * longer, b = scale * lump.radius;
-        float along_x = right.dot(lump.axis) - slope_x * beam.dot(lump.axis),
-              along_y = -up.dot(lump.axis) - slope_y * beam.dot(lump.axis);
+        const float longer = std::sqrt(blob.elongation * blob.elongation * (1.0f - square) + square);
+        const float half_chord = blob.radius * blob.elongation / longer;
+        const float a = scale * blob.radius * longer, b = scale * blob.radius;
+        float along_x = right.dot(blob.axis) - slope_x * beam.dot(blob.axis),
+              along_y = -up.dot(blob.axis) - slope_y * beam.dot(blob.axis);
         const float seen = std::sqrt(along_x * along_x + along_y * along_y);
         along_x = seen > 1e-6f ? along_x / seen : 1.0f;
         along_y = seen > 1e-6f ? along_y / seen : 0.0f;
         const float aa = a * a + of_pixel, bb = b * b + of_pixel;
         const float peak =
-            lump.share * half_chord * (0.375f * std::numbers::pi_v<float>)*(a * b) / std::sqrt(aa * bb);
+            blob.share * half_chord * (0.375f * std::numbers::pi_v<float>)*(a * b) / std::sqrt(aa * bb);
         // d² = xx·u² + 2·xy·u·v + yy·v², with u and v from the middle [px].
         const float xx = along_x * along_x / aa + along_y * along_y / bb,
                     yy = along_y * along_y / aa + along_x * along_x / bb,
