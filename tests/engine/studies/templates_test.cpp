@@ -31,9 +31,9 @@ TEST(Templates, PartsAreRepeatedForRows) {
     EXPECT_EQ(
         fill("plot @for methods@'@table@' title '@method@'@end@;", {{"table", "t"}, {"methods", methods}}),
         "plot 't' title 'A', \\\n     't' title 'B';");
-    EXPECT_EQ(fill("@for tubes@@n@:\n@for methods@@method@@n@\n@end@@end@",
+    EXPECT_EQ(fill("@for tubes@@n@: @for methods@@method@@n@@end@\n@end@",
                    {{"methods", methods}, {"tubes", studies::TemplateRows{{{"n", 1}}, {{"n", 2}}}}}),
-              "1:\nA1\nB1\n2:\nA2\nB2\n");
+              "1: A1, \\\n     B1\n2: A2, \\\n     B2\n");
     EXPECT_EQ(fill("[@for none@@x@@end@]", {{"none", studies::TemplateRows{}}}), "[]");
     EXPECT_THROW(fill("@for methods@@end@", {{"methods", methods}}), std::logic_error);
     EXPECT_THROW(fill("@for methods@@method@", {{"methods", methods}}), std::logic_error);
