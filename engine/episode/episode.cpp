@@ -253,7 +253,7 @@ void Episode::aim(const scenario::Target& target) {
 
 Episode::Snapshot Episode::snapshot() const {
     Snapshot made = {exercise_.snapshot(), log_, asked_};
-    if (room_) made.clearance = geometry::state_of(*room_);
+    if (room_) made.room = geometry::state_of(*room_);
     return made;
 }
 

@@ -54,20 +54,20 @@ private:
 
 class BaselineRunner final : public ParetoRunner {
 public:
-    explicit BaselineRunner(std::unique_ptr<rivals::Baseline> rival) : baseline_(std::move(rival)) {}
+    explicit BaselineRunner(std::unique_ptr<baselines::Baseline> rival) : baseline_(std::move(rival)) {}
     void start(const Chain& wire) override { baseline_->start(wire.joints); }
     bool advance(int rounds) override {
         progress_ = baseline_->advance(rounds);
-        return progress_ != rivals::Progress::Going;
+        return progress_ != baselines::Progress::Going;
     }
     const std::vector<geometry::Vec3>& joints() const override { return baseline_->nodes(); }
     ParetoWork work() const override {
-        const rivals::Tally& t = baseline_->tally();
+        const baselines::Tally& t = baseline_->tally();
         return {static_cast<double>(t.rounds), static_cast<double>(t.wall_queries),
                 static_cast<double>(t.solves)};
     }
     std::string end() const override {
-        using rivals::Progress;
+        using baselines::Progress;
         return progress_ == Progress::AtRest     ? "at rest"
                : progress_ == Progress::Stuck    ? "stuck"
                : progress_ == Progress::Diverged ? "diverged"
@@ -75,8 +75,8 @@ public:
     }
 
 private:
-    std::unique_ptr<rivals::Baseline> baseline_;
-    rivals::Progress progress_ = rivals::Progress::Going;
+    std::unique_ptr<baselines::Baseline> baseline_;
+    baselines::Progress progress_ = baselines::Progress::Going;
 };
 
 ParetoMethod drawn(ParetoMethod method, const std::string& colour, const std::string& rest) {
@@ -92,7 +92,7 @@ ParetoMethod classical(const std::string& name, double axial, const Make& make) 
     m.name = name;
     m.family = Family::Classical;
     m.make = [axial, make](const ParetoVessel& v, bool) {
-        rivals::RodSpec rod = v.rod;
+        baselines::RodSpec rod = v.rod;
         rod.axial *= axial;
         return std::make_unique<BaselineRunner>(make(rod, v.tube.get()));
     };
@@ -109,23 +109,23 @@ ParetoMethod of_many_rounds(ParetoMethod m, int rounds, const char* round, const
     return m;
 }
 
-ParetoMethod position_rod(const std::string& name, const rivals::PositionSettings& settings, int rounds) {
-    const auto make = [settings](const rivals::RodSpec& rod, const rivals::Tube* tube) {
-        return std::make_unique<rivals::PositionRod>(rod, tube, settings);
+ParetoMethod position_rod(const std::string& name, const baselines::PositionSettings& settings, int rounds) {
+    const auto make = [settings](const baselines::RodSpec& rod, const baselines::Tube* tube) {
+        return std::make_unique<baselines::PositionRod>(rod, tube, settings);
     };
     return of_many_rounds(classical(name, 1, make), rounds, "a substep", "the projection of one constraint");
 }
 
-ParetoMethod spring_chain(const std::string& name, rivals::Damping damping, double axial, int rounds) {
-    const auto make = [damping](const rivals::RodSpec& rod, const rivals::Tube* tube) {
-        return std::make_unique<rivals::SpringChain>(rod, tube, damping);
+ParetoMethod spring_chain(const std::string& name, baselines::Damping damping, double axial, int rounds) {
+    const auto make = [damping](const baselines::RodSpec& rod, const baselines::Tube* tube) {
+        return std::make_unique<baselines::SpringChain>(rod, tube, damping);
     };
     return of_many_rounds(classical(name, axial, make), rounds, "a time step", "none");
 }
 
 ParetoMethod beam_rod(const std::string& name, double axial) {
-    ParetoMethod m = classical(name, axial, [](const rivals::RodSpec& rod, const rivals::Tube* tube) {
-        return std::make_unique<rivals::BeamRod>(rod, tube);
+    ParetoMethod m = classical(name, axial, [](const baselines::RodSpec& rod, const baselines::Tube* tube) {
+        return std::make_unique<baselines::BeamRod>(rod, tube);
     });
     m.newton = true;
     m.most_push = 200;
@@ -135,8 +135,8 @@ ParetoMethod beam_rod(const std::string& name, double axial) {
     return m;
 }
 
-std::shared_ptr<const rivals::Tube> rivals_tube(const anatomy::Scene& scene) {
-    std::vector<rivals::Piece> pieces;
+std::shared_ptr<const baselines::Tube> rivals_tube(const anatomy::Scene& scene) {
+    std::vector<baselines::Piece> pieces;
     for (const anatomy::PenMove& move : scene.path) {
         if (const auto* run = std::get_if<anatomy::Run>(&move)) {
             pieces.push_back({run->length, 0, geometry::Vec3::UnitZ()});
@@ -145,7 +145,7 @@ std::shared_ptr<const rivals::Tube> rivals_tube(const anatomy::Scene& scene) {
         const auto& arc = std::get<anatomy::Arc>(move);
         pieces.push_back({arc.radius * std::abs(arc.angle), arc.angle, arc.axis});
     }
-    return std::make_shared<rivals::Tube>(pieces, scene.radius);
+    return std::make_shared<baselines::Tube>(pieces, scene.radius);
 }
 
 /// The tube as about 50 000 triangles.
@@ -215,7 +215,7 @@ std::vector<ParetoMethod> pareto_methods(bool quick) {
     list.push_back(
         drawn(position_rod("XPBD warm-started", {0.1, 16, false, true}, 2000), "#CC79A7", "lw 2.5 dt 2"));
     list.push_back(
-        drawn(spring_chain("mass–spring", rivals::Damping::Critical, 1, 32'000), "#009E73", "lw 2.5"));
+        drawn(spring_chain("mass–spring", baselines::Damping::Critical, 1, 32'000), "#009E73", "lw 2.5"));
     list.push_back(drawn(beam_rod("beam FEM", 1), "#000000", "lw 2.5"));
     return list;
 }
@@ -239,13 +239,13 @@ std::vector<ParetoMethod> rival_sweep(bool quick) {
         for (const double step : {0.1, 1.0}) xpbd(step, 8, false, true);
         for (const double step : {0.1, 1.0, 10.0}) xpbd(step, 16, false, true);
     }
-    for (const auto damping : {rivals::Damping::Kinetic, rivals::Damping::Critical})
+    for (const auto damping : {baselines::Damping::Kinetic, baselines::Damping::Critical})
         for (const double axial : {0.1, 1.0, 10.0}) {
             if (quick && axial != 1) continue;
-            list.push_back(
-                spring_chain(fmt::format("mass–spring, {} damping, EA × {:g}",
-                                         damping == rivals::Damping::Kinetic ? "kinetic" : "critical", axial),
-                             damping, axial, 32'000));
+            list.push_back(spring_chain(
+                fmt::format("mass–spring, {} damping, EA × {:g}",
+                            damping == baselines::Damping::Kinetic ? "kinetic" : "critical", axial),
+                damping, axial, 32'000));
         }
     for (const double axial : {0.1, 1.0, 10.0, 1000.0}) {
         if (quick && axial != 1) continue;

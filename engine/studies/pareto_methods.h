@@ -25,8 +25,8 @@ struct ParetoVessel {
     int segments = 0;
     double stiffness = 0;  // k of a joint [N/mm]
     /// The same tube by the rivals' own geometry, and the wire for them; null for a mesh.
-    std::shared_ptr<const rivals::Tube> tube;
-    rivals::RodSpec rod;
+    std::shared_ptr<const baselines::Tube> tube;
+    baselines::RodSpec rod;
 
     /// "sinuous: N = 200, λ = 1 mm, EI = 50 N·mm², k = 42 N/mm".
     std::string text() const;

@@ -67,7 +67,7 @@ struct CellMeasure {
     double basin_deviation = 0;        // the same after the slow flow from here has come to rest [mm]
     double moved = 0;                  // by the farthest joint in the last quarter of the samples [mm]
     double penetration = 0;            // the largest [mm]
-    double room = 0;                   // radius of the lumen at that joint [mm]
+    double clearance = 0;              // radius of the lumen at that joint [mm]
     double reference_penetration = 0;  // [mm]
 };
 Outcome judge(const CellMeasure&, const StabilityRules& = {});

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-namespace rivals {
+namespace baselines {
 
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
@@ -130,4 +130,4 @@ private:
     int still_ = 0;  // rounds in which nothing moved
 };
 
-}  // namespace rivals
+}  // namespace baselines

@@ -18,7 +18,7 @@
 #include "tests/physics/elastica.h"
 #include "tests/physics/wires.h"
 
-namespace rivals {
+namespace baselines {
 namespace {
 
 enum class Kind { Position, Chain, Beam };
@@ -223,4 +223,4 @@ TEST(Baselines, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
     EXPECT_NEAR(std::log2(apart[0] / apart[2]) / 2, 2, 0.5);
 }
 
-}  // namespace rivals
+}  // namespace baselines

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rivals {
+namespace baselines {
 
 // Inverse masses are 1 and those of x_0 and of the node before it, which the clamp stands for, are 0. A
 // constraint of compliance a then has a/step beside its |∇|².
@@ -134,4 +134,4 @@ double PositionRod::energy() const {
     return energy;
 }
 
-}  // namespace rivals
+}  // namespace baselines

@@ -9,7 +9,7 @@
 
 #include "engine/studies/baselines/baseline.h"
 
-namespace rivals {
+namespace baselines {
 
 struct PositionSettings {
     double step = 0.01;    // Δt² over a node's mass [mm/N]
@@ -39,4 +39,4 @@ private:
     std::vector<Touch> touches_;               // as last asked
 };
 
-}  // namespace rivals
+}  // namespace baselines

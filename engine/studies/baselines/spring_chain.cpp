@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rivals {
+namespace baselines {
 namespace {
 
 /// θ/sin θ of a joint with the cosine κ.
@@ -135,4 +135,4 @@ double SpringChain::energy() const {
     return energy;
 }
 
-}  // namespace rivals
+}  // namespace baselines

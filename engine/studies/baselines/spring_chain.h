@@ -5,7 +5,7 @@
 
 #include "engine/studies/baselines/baseline.h"
 
-namespace rivals {
+namespace baselines {
 
 enum class Damping {
     Kinetic,  // all velocities are dropped at each peak of the kinetic energy
@@ -31,4 +31,4 @@ private:
     double kinetic_ = 0;
 };
 
-}  // namespace rivals
+}  // namespace baselines

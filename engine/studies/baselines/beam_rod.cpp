@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rivals {
+namespace baselines {
 namespace {
 
 constexpr double largest_move = 0.3;  // of a node in one step, over the radius of the lumen [-]
@@ -290,4 +290,4 @@ double BeamRod::energy() const {
     return energy - moment * std::atan2(spec_.moment.dot(from.cross(to)) / moment, from.dot(to));
 }
 
-}  // namespace rivals
+}  // namespace baselines

@@ -1,12 +1,12 @@
+#include "engine/studies/baselines/baseline.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
-#include "engine/studies/baselines/baseline.h"
-
-namespace rivals {
+namespace baselines {
 
 Tube::Tube(const std::vector<Piece>& pieces, double radius) : radius_(radius) {
     if (pieces.empty()) throw std::invalid_argument("a tube needs at least one piece");
@@ -133,4 +133,4 @@ bool Baseline::lost() const {
     });
 }
 
-}  // namespace rivals
+}  // namespace baselines

@@ -11,7 +11,7 @@
 
 #include "engine/studies/baselines/baseline.h"
 
-namespace rivals {
+namespace baselines {
 
 class BeamRod final : public Baseline {
 public:
@@ -37,4 +37,4 @@ private:
     double shift_ = 0;                       // added to the tangent's diagonal, where it had to be [N/mm]
 };
 
-}  // namespace rivals
+}  // namespace baselines
