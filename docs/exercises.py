@@ -102,7 +102,7 @@ def astray(way):
 
 
 def limits_of_errors():
-    source = re.search(r"struct MishapLimits \{(.*?)\};", (ROOT / "engine/exercise/handling.h").read_text(), re.S).group(1)
+    source = re.search(r"struct HandlingErrorLimits \{(.*?)\};", (ROOT / "engine/exercise/handling.h").read_text(), re.S).group(1)
     return {key: float(value) for key, value in re.findall(r"double (\w+) = ([\d.]+);", source)}
 
 

@@ -166,13 +166,14 @@ TEST_F(Author, NewRefusesWhatIsThereAndWhatIsNoName) {
     succeeded({"new", "mine"});
     const fs::path file = folder / "data/seldinger/exercises/mine.toml";
     const std::string text = read(file);
-    expect_refused(run({"new", "mine"}), "'mine' is there already");
-    expect_refused(run({"new", "renal"}), "'renal' is there already");
+    expect_refused(run({"new", "mine"}), "expected a new name, found 'mine'");
+    expect_refused(run({"new", "renal"}), "expected a new name, found 'renal'");
     for (const char* name : {"../mine", "/mine", ".mine", "a b", "a/b", ""})
         expect_refused(run({"new", name}), "expected a name of up to 64 letters");
     fs::create_directories(folder / "own");
     write(folder / "own/other.toml", "mine\n");
-    expect_refused(run({"new", "other", "--folder", "own"}), "it is there already");
+    expect_refused(run({"new", "other", "--folder", "own"}),
+                   "own/other.toml: expected a new name, found this file");
     EXPECT_EQ(read(folder / "own/other.toml"), "mine\n");
     EXPECT_EQ(read(file), text);
     succeeded({"new", "second", "--from", "renal"});

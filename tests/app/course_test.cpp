@@ -116,7 +116,8 @@ TEST_F(CourseCommand, WritesValidUtf8WhateverItReads) {
 TEST_F(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
     std::filesystem::create_directory(folder / "none");
     expect_refused(run(folder, {"course", folder / "none"}), "no recordings");
-    expect_refused(run(folder, {"course", folder / "nowhere"}), "no such folder");
+    expect_refused(run(folder, {"course", folder / "nowhere"}),
+                   "nowhere: expected a folder with recordings (.gw), found none");
     std::filesystem::create_directory(folder / "many");
     const std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n"));
     for (int k = 0; k < 10'000; ++k) write(folder / ("many/" + std::to_string(k) + ".gw"), text);

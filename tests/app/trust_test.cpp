@@ -309,9 +309,10 @@ TEST_F(Trust, ASignalWhileAScriptIsTypedKeepsTheEarlierRun) {
 TEST_F(Trust, WholeNumbersAreDecimal) {
     for (const std::string number : {"010", "0x10"})
         expect_refused(run(folder, s_bend_run(folder / "out", {"--every=" + number})),
-                       "'" + number + "' was found");
-    expect_refused(run(folder, {"anatomy", "generate", "lca", "--seed", "007", "--out", folder / "out"}),
-                   "--seed: '007' was found");
+                       "found '" + number + "'");
+    expect_refused(
+        run(folder, {"anatomy", "generate", "lca", "--seed", "007", "--out", folder / "out"}),
+        "--seed: expected a whole number from 0 to 9000000000000000 without leading zeros, found '007'");
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 

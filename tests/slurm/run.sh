@@ -102,7 +102,7 @@ echo "slurm: bake: 3 anatomies, 3 shares, $(find "$work/baked2" -type f | wc -l)
 # What cannot be is told, and the merge does not wait for ever.
 printf 'schema = 1\n[[run]]\nscenario = "straight"\ncommands = "x.gw"\n' >"$work/in/one.toml"
 app/slurm/submit.sh -w -n 2 batch "$work/in/one.toml" --out "$work/none" >"$work/said" 2>&1
-[ $? = 2 ] && grep -q 'one a run, are accepted' "$work/said" || fail "more shares than runs: $(cat "$work/said")"
+[ $? = 2 ] && grep -q 'expected at most 1, one a run' "$work/said" || fail "more shares than runs: $(cat "$work/said")"
 app/slurm/submit.sh run renal --out x >/dev/null 2>"$work/said"
 [ $? = 2 ] && grep -q "batch, study or bake" "$work/said" || fail "another command: $(cat "$work/said")"
 

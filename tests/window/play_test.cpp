@@ -350,8 +350,10 @@ TEST(Play, BadArgumentsAreRefusedBeforeAWindowOpens) {
     const std::pair<std::vector<std::string>, std::string> cases[] = {
         {{"play", "s_bend", "--keys", (folder / "keys.toml").string()}, "keys.toml:3:"},
         {{"play", "s_bend", "--keys", "/no/such.toml"}, "/no/such.toml"},
-        {{"play", "s_bend", "--replay", (folder / "other.gw").string()}, "it is a recording of 'renal'"},
-        {{"play", "s_bend", "--size", "10x10"}, "--size 10x10"},
+        {{"play", "s_bend", "--replay", (folder / "other.gw").string()},
+         "expected a recording of 's_bend', found one of 'renal'"},
+        {{"play", "s_bend", "--size", "10x10"},
+         "--size: expected WIDTHxHEIGHT from 320x240 to 8192x8192, found '10x10'"},
         {{"play", "s_bend", "--size", "wide"}, "WIDTHxHEIGHT"},
         {{"play", "nowhere"}, "nowhere"},
         {{"play", "s_bend", "--record", "/proc/nope"}, "/proc/nope: cannot be written"},
