@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
