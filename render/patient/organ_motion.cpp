@@ -52,7 +52,8 @@ std::vector<Eigen::Vector3f> carried(const geometry::TriangleMesh& gas) {
             continue;
         }
         geometry::Random random(first);
-        Vec3 way(random.between(-1, 1), random.between(-0.4, 0.4), random.between(-1, 1));
+        const double z = random.between(-1, 1), y = random.between(-0.4, 0.4), x = random.between(-1, 1);
+        Vec3 way(x, y, z);
         const double length = random.between(least, most);
         way = way.norm() > 0.1 ? Vec3(way.normalized()) : Vec3(Vec3::UnitZ());
         ways[v] = (length * way).cast<float>();

@@ -130,14 +130,20 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
         Bowel bowel;
         bowel.fold = 7.0;
         bowel.fold_depth = 0.14;
-        Vec3 at(random.between(-70, 75), front + random.between(34, 96), random.between(-128, 28));
-        Vec3 way(random.between(-1, 1), random.between(-0.5, 0.5), random.between(-0.6, 0.6));
+        // In an order of their own: that of arguments differs from compiler to compiler.
+        const double height = random.between(-128, 28), depth = random.between(34, 96),
+                     left = random.between(-70, 75);
+        Vec3 at(left, front + depth, height);
+        const double way_z = random.between(-0.6, 0.6), way_y = random.between(-0.5, 0.5),
+                     way_x = random.between(-1, 1);
+        Vec3 way(way_x, way_y, way_z);
         way.normalize();
         const double calibre = random.between(10.5, 13.5);
         for (int k = 0; k < pieces; ++k) {
             bowel.course.push_back(
                 {at, calibre * random.between(0.85, 1.1), calibre * random.between(0.8, 1.0)});
-            const Vec3 swerve(random.between(-1, 1), random.between(-0.7, 0.7), random.between(-1, 1));
+            const double z = random.between(-1, 1), y = random.between(-0.7, 0.7), x = random.between(-1, 1);
+            const Vec3 swerve(x, y, z);
             way = (way + 0.85 * swerve).normalized();
             for (int axis = 0; axis < 3; ++axis) {
                 const double low = axis == 0   ? -82
@@ -280,7 +286,8 @@ void add_thigh_streaks(TriangleMesh& fat, const Chance& chance, const shape::Sol
         const Vec3 femur = Vec3(126.0 + 0.115 * (z + 200.0), 4.0, z);
         const Vec3 out(0.75 * std::cos(at_angle), std::sin(at_angle), 0.0);
         const Vec3 at = femur + away * out - Vec3(20.0, 0, 0);
-        const Vec3 way(random.between(-0.08, 0.02), random.between(-0.06, 0.06), 1.0);
+        const double lean_y = random.between(-0.06, 0.06), lean_x = random.between(-0.08, 0.02);
+        const Vec3 way(lean_x, lean_y, 1.0);
         const double size = 1.0 + 2.6 * std::pow(random(), 2.0), length = random.between(14, 38);
         if ((at - femur).head<2>().norm() < 22.0) continue;
         Polyline path;

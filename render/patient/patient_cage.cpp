@@ -183,8 +183,8 @@ void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance
     const int count = 10 + static_cast<int>(12.0 * random());
     for (int k = 0; k < count; ++k) {
         const double t = random(), along = random.between(1.0, 4.5), radius = random.between(0.25, 0.7),
-                     x = random.between(-4, 4), z = (random() < 0.5 ? -1 : 1) * random.between(3.0, 5.5),
-                     y = random.between(-1, 1);
+                     x = random.between(-4, 4), side = random() < 0.5 ? -1 : 1,
+                     z = side * random.between(3.0, 5.5), y = random.between(-1, 1);
         const Vec3 way = (to - rib_end).normalized();
         const Vec3 p = rib_end + t * (to - rib_end) - Vec3(0, 4.0, 14.0 * std::sin(std::numbers::pi * t)) +
                        Vec3(x, y, z);

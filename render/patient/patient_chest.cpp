@@ -204,8 +204,8 @@ private:
     void draw(const Vec3& from, const Vec3& to, double radius) {
         const double length = (to - from).norm();
         if (length < 2.0) return;
-        const Vec3 aside =
-            (to - from).cross(Vec3(random_.between(-1, 1), random_.between(-1, 1), 0.5)) * 0.10;
+        const double y = random_.between(-1, 1), x = random_.between(-1, 1);
+        const Vec3 aside = (to - from).cross(Vec3(x, y, 0.5)) * 0.10;
         constexpr int pieces = 4;
         Polyline path;
         for (int k = 0; k <= pieces; ++k) {

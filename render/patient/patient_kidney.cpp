@@ -75,9 +75,10 @@ std::vector<Pyramid> pyramids_of(const KidneyFrame& f, const Chance& chance, int
     for (const double pole : {-1.0, 1.0}) {
         const bool two = random() < 0.5;
         const double turn = random.between(-0.3, 0.4);
-        for (int k = 0; k < (two ? 2 : 1); ++k)
-            add(pole * random.between(1.32, 1.45), turn + (two ? 1.6 * k - 0.8 : 0.0), 3.0,
-                random.between(0.9, 1.25));
+        for (int k = 0; k < (two ? 2 : 1); ++k) {
+            const double size = random.between(0.9, 1.25), rise = pole * random.between(1.32, 1.45);
+            add(rise, turn + (two ? 1.6 * k - 0.8 : 0.0), 3.0, size);
+        }
     }
     return all;
 }
