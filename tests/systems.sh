@@ -100,7 +100,7 @@ for wanted in "$@"; do
         continue
     fi
     build=$((SECONDS - start))
-    inside "rm -rf /seldinger/out; cd /seldinger && build-$gl/bin/seldinger run renal --commands source/assets/scripts/renal.gw --out out --cache cache" >>"$log" 2>&1 || true
+    inside "rm -rf /seldinger/out /seldinger/cache; cd /seldinger && build-$gl/bin/seldinger run renal --commands source/assets/scripts/renal.gw --out out --cache cache" >>"$log" 2>&1 || true
     out=$root/seldinger/out
     if [ -f "$out/score.json" ]; then
         printf '%-24s %-10s %-8s %-8s %-8s %-8s %-13s %-13s %-13s' "$wanted" "$(inside "\$CXX -dumpversion")" \
