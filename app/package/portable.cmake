@@ -10,7 +10,6 @@ set(root ${CPACK_TEMPORARY_DIRECTORY})
 set(lib ${root}/lib)
 
 # What only building against the library needs, and Python's module, which is for one Python of one system.
-file(GLOB built_for_here ${lib}/python3* ${lib}/*-linux-gnu ${root}/include ${lib}/cmake)
 file(REMOVE_RECURSE ${root}/include ${lib})
 file(MAKE_DIRECTORY ${lib}/dri)
 
