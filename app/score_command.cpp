@@ -112,7 +112,7 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
     print_line("travel", fmt::format("{:.0f} mm, {} reversals, back and forth {:.2f}", s.wire_travel,
                                      s.reversals, s.back_and_forth_ratio));
     print_line("turned", number(s.rotation / geometry::degree, "deg", 0));
-    print_line("idle", number(100 * s.idle_share, "%", 0));
+    print_line("idle", number(100 * s.idle_fraction, "%", 0));
     print_line("tip", fmt::format("path {:.0f} mm, efficiency {:.2f}, {:.1f} mm/s", s.tip_path,
                                   s.path_efficiency, s.mean_tip_speed));
     print_line("smoothness (SPARC, LDLJ)",

@@ -34,7 +34,7 @@ public:
             c.curvature = cosine_ / distance *
                           (Mat3::Identity() - outward * outward.transpose() -
                            Vec3::UnitX() * Vec3::UnitX().transpose());
-            c.stiffness = stiffness_ * c.share;
+            c.stiffness = stiffness_ * c.fraction;
             c.stiffening = Vec3::Zero();
             c.trust = std::max(0.0, -c.penetration);  // it is a distance: nothing nearer is touched
             c.clearance = std::max(0.1, wide_ - joints[i].x() * sine_ / cosine_ - radius);

@@ -32,7 +32,7 @@ public:
             c.curvature =
                 (Mat3::Identity() - c.normal * c.normal.transpose() - along * along.transpose()) / distance +
                 c.normal.dot(outward) / from_axis * along * along.transpose();
-            c.stiffness = stiffness_ * c.share;
+            c.stiffness = stiffness_ * c.fraction;
             c.stiffening = Vec3::Zero();
             c.trust = std::max(0.0, -c.penetration);
             c.clearance = clearance;

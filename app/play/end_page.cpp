@@ -73,8 +73,8 @@ void Play::draw_grade() {
     }
     const exercise::Grade made = grade_ ? *grade_ : exercise::grade(score, skilled);
     if (ImGui::BeginTable("score", 4, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
-        for (const float share : {4.0f, 2.0f, 3.1f, 0.9f})
-            ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, share);
+        for (const float fraction : {4.0f, 2.0f, 3.1f, 0.9f})
+            ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, fraction);
         // Not as headers, which keys could reach between the buttons.
         ImGui::TableNextRow();
         for (const char* name : {"", shows_solution_ || is_replay_ ? "here" : "yours", "skilled", "costs"}) {

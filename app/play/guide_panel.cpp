@@ -45,7 +45,8 @@ void draw_practices(const Window& window, const room::KeyMap& keys, const room::
         ImGui::TableNextColumn();
         wrapped(done ? palette::good : palette::value, std::string(script::help_of(practise[k])));
         ImGui::TableNextColumn();
-        wrapped(window, Face::Bold, done ? palette::faint : palette::beam, room::ways_of(practise[k], keys));
+        wrapped(window, Face::Bold, done ? palette::faint : palette::beam,
+                room::inputs_of(practise[k], keys));
     }
     ImGui::EndTable();
 }

@@ -27,7 +27,7 @@ bool is_of_one_hand(Action action) {
 std::string words_of(const room::InjectionPreset& preset, const room::Session* session) {
     std::string words = room::sentence_of(preset);
     if (const auto anatomy = session ? session->anatomy() : nullptr)
-        words += " " + room::way_of(preset, session->options().scenario.devices, *anatomy);
+        words += " " + room::site_name(preset, session->options().scenario.devices, *anatomy);
     return words;
 }
 

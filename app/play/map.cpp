@@ -18,36 +18,36 @@ struct Stretch {
 };
 
 /// From the place up to the root of its tree.
-std::vector<Stretch> way_up(const anatomy::Anatomy& anatomy, anatomy::VesselPlace place) {
-    std::vector<Stretch> way;
-    while (place.branch >= 0 && way.size() <= anatomy.branches.size()) {
-        way.push_back({place.branch, place.sample, 0});
+std::vector<Stretch> path_up(const anatomy::Anatomy& anatomy, anatomy::VesselPlace place) {
+    std::vector<Stretch> path;
+    while (place.branch >= 0 && path.size() <= anatomy.branches.size()) {
+        path.push_back({place.branch, place.sample, 0});
         const anatomy::CentrelineBranch& branch = anatomy.branches[place.branch];
         place = {branch.parent, branch.parent_sample, 0};
     }
-    return way;
+    return path;
 }
 
 /// From one place to the other, over the branch that both are below.
-geometry::Polyline way_between(const anatomy::Anatomy& anatomy, const anatomy::VesselPlace& start,
-                               const anatomy::VesselPlace& target) {
-    const std::vector<Stretch> up = way_up(anatomy, start), down = way_up(anatomy, target);
-    std::vector<Stretch> way;
+geometry::Polyline path_between(const anatomy::Anatomy& anatomy, const anatomy::VesselPlace& start,
+                                const anatomy::VesselPlace& target) {
+    const std::vector<Stretch> up = path_up(anatomy, start), down = path_up(anatomy, target);
+    std::vector<Stretch> path;
     for (const Stretch& of_start : up) {
         const auto meets = std::find_if(down.begin(), down.end(), [&](const Stretch& stretch) {
             return stretch.branch == of_start.branch;
         });
         if (meets == down.end()) {
-            way.push_back(of_start);
+            path.push_back(of_start);
             continue;
         }
-        way.push_back({of_start.branch, of_start.from, meets->from});
+        path.push_back({of_start.branch, of_start.from, meets->from});
         for (auto stretch = meets; stretch != down.begin();) {
             --stretch;
-            way.push_back({stretch->branch, 0, stretch->from});
+            path.push_back({stretch->branch, 0, stretch->from});
         }
         geometry::Polyline points;
-        for (const Stretch& stretch : way) {
+        for (const Stretch& stretch : path) {
             const auto& line = anatomy.branches[stretch.branch].points;
             const int step = stretch.to >= stretch.from ? 1 : -1;
             for (int i = stretch.from; i != stretch.to + step; i += step) points.push_back(line[i]);
@@ -69,8 +69,8 @@ void draw_map(ImDrawList& list, const render::Box& area, float unit, const anato
               const render::CArm& view, const MapMarks& marks) {
     const render::ArmAxes axes = render::axes(view);
     const auto flat = [&](const geometry::Vec3& p) { return ImVec2(axes.right.dot(p), -axes.up.dot(p)); };
-    const geometry::Polyline way = way_between(anatomy, anatomy::nearest_place(anatomy, marks.start),
-                                               anatomy::nearest_place(anatomy, marks.target));
+    const geometry::Polyline path = path_between(anatomy, anatomy::nearest_place(anatomy, marks.start),
+                                                 anatomy::nearest_place(anatomy, marks.target));
     // The way with some of the vessels around it.
     ImVec2 low = flat(marks.target), high = low;
     const auto cover = [&](const geometry::Vec3& p) {
@@ -79,7 +79,7 @@ void draw_map(ImDrawList& list, const render::Box& area, float unit, const anato
         high = {std::max(high.x, q.x), std::max(high.y, q.y)};
     };
     cover(marks.start);
-    for (const geometry::Vec3& p : way) cover(p);
+    for (const geometry::Vec3& p : path) cover(p);
     const float margin = 0.12f * std::max(high.x - low.x, high.y - low.y) + 15;
     const float width = area.right - area.left, height = area.bottom - area.top;
     const float scale =
@@ -116,8 +116,8 @@ void draw_map(ImDrawList& list, const render::Box& area, float unit, const anato
     }
     // The way, dashed.
     double gone = 0;
-    for (std::size_t i = 1; i < way.size(); ++i) {
-        const ImVec2 a = at(way[i - 1]), b = at(way[i]);
+    for (std::size_t i = 1; i < path.size(); ++i) {
+        const ImVec2 a = at(path[i - 1]), b = at(path[i]);
         const double step = std::hypot(b.x - a.x, b.y - a.y);
         if (std::fmod(gone, 12.0 * unit) < 7.0 * unit) list.AddLine(a, b, colour(palette::beam), 2.2f * unit);
         gone += step;

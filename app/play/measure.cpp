@@ -9,7 +9,7 @@
 namespace app {
 namespace {
 
-double share(std::vector<double> values, double part) {
+double fraction(std::vector<double> values, double part) {
     if (values.empty()) return 0;
     const std::size_t at = std::min(values.size() - 1, static_cast<std::size_t>(part * values.size()));
     std::nth_element(values.begin(), values.begin() + at, values.end());
@@ -21,7 +21,7 @@ double share(std::vector<double> values, double part) {
 void Measure::write(const std::filesystem::path& path, int frames, int lost) const {
     const auto part = [](const std::vector<double>& values) {
         return fmt::format("{{\"count\": {}, \"median\": {:.2f}, \"p99\": {:.2f}, \"max\": {:.2f}}}",
-                           values.size(), share(values, 0.5), share(values, 0.99), share(values, 1));
+                           values.size(), fraction(values, 0.5), fraction(values, 0.99), fraction(values, 1));
     };
     io::write_whole(
         path, fmt::format("{{\n  \"start_to_first_image_s\": {:.2f},\n  \"key_to_image_ms\": {},\n  "

@@ -25,7 +25,7 @@ constexpr std::array page_names = {"Lesson", "Patient", "Trainee sees", "Results
 /// Between drawings for what the exercise does, and for what the teacher does [s].
 constexpr double while_watching = 0.1, while_touched = 1.0 / 30;
 /// Of the time is for drawing at most a part of this size [-].
-constexpr double largest_share = 0.25;
+constexpr double largest_fraction = 0.25;
 
 double in_seconds(room::Clock::duration d) {
     return std::chrono::duration<double>(d).count();
@@ -108,7 +108,7 @@ void Teacher::hear(const Lesson& lesson, const Window& trainee) {
 
 std::optional<double> Teacher::due_in() const {
     if (!is_open() || redraw_ == 0 || !window_->can_be_seen()) return {};
-    const double between = std::max(touched_ ? while_touched : while_watching, cost_ / largest_share);
+    const double between = std::max(touched_ ? while_touched : while_watching, cost_ / largest_fraction);
     return std::max(0.0, between - in_seconds(Clock::now() - drawn_at_));
 }
 

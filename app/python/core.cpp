@@ -114,7 +114,7 @@ PYBIND11_MODULE(_core, m) {
         if (!kind.devices) continue;
         const auto member = std::get<exercise::OfDevices Observation::*>(field.member);
         for (int k = 1; k < script::most_devices; ++k) {
-            const auto role = static_cast<script::Held>(k);
+            const auto role = static_cast<script::DeviceRole>(k);
             state.def_property_readonly(
                 (std::string(script::name_of(role)) + "_" + name).c_str(),
                 [member, role](const State& s) {
@@ -180,7 +180,7 @@ PYBIND11_MODULE(_core, m) {
         .def("_copy", &Simulation::copy)
         .def("anatomy", &Simulation::anatomy, docs::anatomy)
         .def("about", &Simulation::about, docs::about)
-        .def("path_from", first(&Episodes::way_from), py::arg("place_mm"), docs::path_from);
+        .def("path_from", first(&Episodes::path_length_from), py::arg("place_mm"), docs::path_from);
 
     py::class_<VectorSimulation> several(m, "VectorSimulation");
     whole_from_the_start(several);
@@ -201,7 +201,8 @@ PYBIND11_MODULE(_core, m) {
         .def("branch_name", &VectorSimulation::branch_name, py::arg("i"), docs::branch_name)
         .def("_score", &VectorSimulation::score, py::arg("i"))
         .def("save", &VectorSimulation::save, py::arg("i"), py::arg("path"), docs::vector_save)
-        .def("path_from", &VectorSimulation::way_from, py::arg("i"), py::arg("place_mm"), docs::path_from)
+        .def("path_from", &VectorSimulation::path_length_from, py::arg("i"), py::arg("place_mm"),
+             docs::path_from)
         .def("snapshot", &VectorSimulation::snapshot, py::arg("i"), docs::take_snapshot)
         .def("restore", &VectorSimulation::restore, py::arg("i"), py::arg("snapshot"), docs::restore)
         .def("images", &VectorSimulation::images, py::arg("pixels"), py::arg("mode") = "live", py::kw_only(),

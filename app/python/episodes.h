@@ -127,11 +127,12 @@ public:
         origin.program = program();
         with(i, [&](Episode& episode) { episode.save(path, origin); });
     }
-    std::optional<double> way_from(int i, const py::object& given) {
+    std::optional<double> path_length_from(int i, const py::object& given) {
         with(i, [](Episode&) {});
         const Vec3 place = checked_place(given, "place_mm");
-        return with(i,
-                    [&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
+        return with(i, [&](Episode& episode) {
+            return episode.reader().path_length_from(episode.simulation(), place);
+        });
     }
     void close() {
         const Free free;
@@ -268,7 +269,7 @@ public:
     State step(double advance, double rotate, const py::object& device, double catheter_advance,
                double catheter_rotate, int frames) {
         require_frames(frames);
-        const script::Held held = [&] {
+        const script::DeviceRole held = [&] {
             const auto lock = locked();
             return held_of(device, checked_at(0).simulation());
         }();
@@ -278,7 +279,7 @@ public:
         checked(catheter_rotate, largest_rotation, "catheter_rotate_deg", "deg");
         std::vector<script::Command> commands;
         episode::append(held, advance, rotate * geometry::degree, commands);
-        episode::append(script::Held::Catheter, catheter_advance, catheter_rotate * geometry::degree,
+        episode::append(script::DeviceRole::Catheter, catheter_advance, catheter_rotate * geometry::degree,
                         commands);
         for (int frame = 0; frame < frames; ++frame) {
             with(0, [&](Episode& episode) { episode.step(commands); });
@@ -580,7 +581,7 @@ public:
         std::array<std::uint8_t*, script::most_devices> to_device = {};  // by role
         py::dict all;
         for (int k = 0; k < script::most_devices; ++k) {
-            const auto role = static_cast<script::Held>(k);
+            const auto role = static_cast<script::DeviceRole>(k);
             if (std::none_of(episodes_.begin(), episodes_.end(), [role](const auto& episode) {
                     return episode->simulation().scenario().index_of(role).has_value();
                 }))

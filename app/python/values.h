@@ -78,7 +78,7 @@ struct State {
     Observation reading;
     std::string branch;
     std::uint64_t hash = 0;
-    std::vector<script::Held> roles;         // of its devices, innermost first
+    std::vector<script::DeviceRole> roles;   // of its devices, innermost first
     std::vector<py::array_t<double>> lists;  // as list_fields()
 };
 
@@ -103,7 +103,9 @@ struct AsAttribute {
     py::object operator()(const exercise::InImage& place) const { return py::array_t<double>(2, &place.x); }
     py::object operator()(const exercise::OfDevices& value) const { return py::float_(value.of[0]); }
     py::object operator()(exercise::Branch) const { return py::str(state.branch); }
-    py::object operator()(script::Held held) const { return py::str(std::string(script::name_of(held))); }
+    py::object operator()(script::DeviceRole held) const {
+        return py::str(std::string(script::name_of(held)));
+    }
 };
 
 /// What a field is: as an attribute of State, and in a record of NumPy.
@@ -120,7 +122,7 @@ struct Kind {
     Kind(exercise::InImage Observation::*) : Kind("(2,) float64", "f8", 2) {}
     Kind(exercise::OfDevices Observation::*) : Kind("float", "f8", script::most_devices, true) {}
     Kind(exercise::Branch Observation::*) : Kind("str", "i8", 1) {}
-    Kind(script::Held Observation::*) : Kind("str", "i4", 1) {}
+    Kind(script::DeviceRole Observation::*) : Kind("str", "i4", 1) {}
 
 private:
     Kind(const char* as_attribute, const char* in_record, int in_all, bool of_devices = false)
@@ -165,9 +167,9 @@ inline std::string devices_of(const exercise::Simulation& simulation) {
 }
 
 /// A device by name, or by its place in the scenario's list.
-inline script::Held held_of(const py::object& device, const exercise::Simulation& simulation) {
+inline script::DeviceRole held_of(const py::object& device, const exercise::Simulation& simulation) {
     if (py::isinstance<py::str>(device)) {
-        if (const auto held = script::held_named(device.cast<std::string>())) return *held;
+        if (const auto held = script::role_named(device.cast<std::string>())) return *held;
     } else if (PyIndex_Check(device.ptr()) != 0) {  // whole numbers of Python and of NumPy
         const Py_ssize_t index = PyNumber_AsSsize_t(device.ptr(), nullptr);  // a huge one becomes the largest
         PyErr_Clear();

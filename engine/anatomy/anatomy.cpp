@@ -216,8 +216,8 @@ Vec3 facing_mouths(const std::vector<CentrelineBranch>& branches, const geometry
     for (const CentrelineBranch& branch : branches) {
         if (branch.parent < 0 || (branch.points[0] - end.centre).norm() > 2 * end.radius) continue;
         for (const Vec3& point : branch.points) {
-            const Vec3 way = point - branch.points[0];
-            const std::complex<double> aside(way.dot(u), way.dot(v));
+            const Vec3 offset = point - branch.points[0];
+            const std::complex<double> aside(offset.dot(u), offset.dot(v));
             if (std::abs(aside) < end.radius) continue;
             sum += std::pow(aside / std::abs(aside), 3);
             break;
@@ -258,11 +258,11 @@ std::vector<BlockedEnd> blocked_ends(const Anatomy& anatomy) {
         for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
             const CentrelineBranch& branch = anatomy.branches[b];
             for (std::size_t i = 0; i < branch.points.size(); ++i) {
-                const Vec3 way = branch.points[i] - end.centre;
-                const double ahead = way.dot(end.outward_normal), near = branch.radii[i] + end.radius;
+                const Vec3 offset = branch.points[i] - end.centre;
+                const double ahead = offset.dot(end.outward_normal), near = branch.radii[i] + end.radius;
                 // What is there at the plane already is the vessel itself, or one beside it.
-                if (ahead <= 0 || way.norm() < near) continue;
-                const double aside = std::sqrt(std::max(0.0, way.squaredNorm() - ahead * ahead));
+                if (ahead <= 0 || offset.norm() < near) continue;
+                const double aside = std::sqrt(std::max(0.0, offset.squaredNorm() - ahead * ahead));
                 if (aside > near || ahead - near > blocked.free) continue;
                 for (double t = step; t <= blocked.free; t += step)
                     if (std::hypot(aside, ahead - t) <
@@ -499,12 +499,12 @@ double ball_behind(const geometry::MeshQuery& wall, const geometry::Vec3& centre
     return largest;
 }
 
-VesselPlace place_behind(const Anatomy& anatomy, const geometry::OpenEnd& end, double way) {
+VesselPlace place_behind(const Anatomy& anatomy, const geometry::OpenEnd& end, double distance) {
     VesselPlace place = nearest_place(anatomy, end.centre);
     const geometry::Polyline& line = anatomy.branches[place.branch].points;
     const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
     int& at = place.sample;
-    for (double passed = 0; passed < way && at + step >= 0 && at + step <= last; at += step)
+    for (double passed = 0; passed < distance && at + step >= 0 && at + step <= last; at += step)
         passed += (line[at + step] - line[at]).norm();
     return place;
 }

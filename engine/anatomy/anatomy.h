@@ -118,6 +118,6 @@ double ball_behind(const geometry::MeshQuery& wall, const geometry::Vec3& centre
 
 /// The first place on the branch nearest to an end that is at least this way [mm] along it from there; the
 /// last one of a shorter branch. Expects branches of two samples or more.
-VesselPlace place_behind(const Anatomy&, const geometry::OpenEnd&, double way);
+VesselPlace place_behind(const Anatomy&, const geometry::OpenEnd&, double distance);
 
 }  // namespace anatomy

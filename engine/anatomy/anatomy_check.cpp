@@ -52,9 +52,9 @@ std::string other_units(double median, const std::string& taken) {
     return text.empty() ? text : text + ")";
 }
 
-/// Share of the triangles from which nearly every ray outward, spread by the cosine law about the normal,
+/// Fraction of the triangles from which nearly every ray outward, spread by the cosine law about the normal,
 /// meets the surface again.
-double surrounded_share(const TriangleMesh& closed, const geometry::MeshQuery& query) {
+double surrounded_fraction(const TriangleMesh& closed, const geometry::MeshQuery& query) {
     const int total = static_cast<int>(closed.triangles.size());
     const int stride = std::max(1, total / most_viewpoints);
     int surrounded = 0, seen = 0;
@@ -215,7 +215,7 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
     if (radii.empty()) return figures;
     std::sort(radii.begin(), radii.end());
     std::sort(ratios.begin(), ratios.end());
-    figures.surrounded = surrounded_share(closed, query);
+    figures.surrounded = surrounded_fraction(closed, query);
     figures.median_radius = radii[radii.size() / 2];
     figures.thin_radius = radii[radii.size() / 50];
     figures.edge_ratio = ratios[ratios.size() / 2];

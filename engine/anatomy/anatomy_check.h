@@ -18,7 +18,7 @@ std::string text_of(const Check&);
 
 /// A lumen's surface as seen by rays cast from its triangles.
 struct SurfaceFigures {
-    double surrounded = 0;     // share of the triangles from which nearly every ray outward meets the surface
+    double surrounded = 0;  // fraction of the triangles from which nearly every ray outward meets the surface
     double median_radius = 0;  // half the width of the lumen; half of the triangles have less [mm]
     double thin_radius = 0;    // the same; 2 % have less [mm]
     double edge_ratio = 0;     // median ratio of an edge to the radius at its triangle

@@ -13,9 +13,9 @@ namespace anatomy {
 namespace {
 
 /// Of the way to the target, and at most [mm].
-constexpr double inserted_share = 0.4, most_inserted = 60;
+constexpr double inserted_fraction = 0.4, most_inserted = 60;
 /// Of the lumen's width; a wire as wide as the lumen would be wedged by the mesh's facets.
-constexpr double width_share = 0.9;
+constexpr double width_fraction = 0.9;
 /// What the default C-arm shows around its isocentre, with a margin [mm].
 constexpr double field = 170;
 
@@ -29,7 +29,7 @@ constexpr FirstWire wires[] = {
 /// The first that passes as far as the target and has room at the start; the thinnest if none.
 const FirstWire& wire_for(double narrowest, double room) {
     for (const FirstWire& wire : wires)
-        if (wire.diameter < width_share * narrowest && wire.least_inserted <= room) return wire;
+        if (wire.diameter < width_fraction * narrowest && wire.least_inserted <= room) return wire;
     return std::end(wires)[-1];
 }
 
@@ -44,11 +44,11 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
     for (int e = static_cast<int>(anatomy.ends.size()); e-- > 0;)
         if (anatomy.ends[e].role == EndRole::Inlet) entry = e;
     const EntryPath path = path_from(anatomy, entry);
-    const std::vector<double> ways = geometry::ways_along(path.points);
+    const std::vector<double> arcs = geometry::arc_lengths(path.points);
     const VesselTarget& target = anatomy.targets.front();
     // The way in may leave for the target's branch before its own end.
     std::size_t last = 0;
-    for (std::size_t i = 1; i < ways.size(); ++i)
+    for (std::size_t i = 1; i < arcs.size(); ++i)
         if ((path.points[i] - target.centre).norm() < (path.points[last] - target.centre).norm()) last = i;
     last = std::max<std::size_t>(last, 1);
     double narrowest =
@@ -57,12 +57,12 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
     if ((path.points[last] - target.centre).norm() > path.radii[last])
         narrowest =
             std::min(narrowest, *std::min_element(branch.begin(), branch.begin() + target.sample + 1));
-    const double room = 0.95 * ways.back();
+    const double room = 0.95 * arcs.back();
     const FirstWire& wire = wire_for(narrowest, room);
     const double inserted =
-        std::clamp(std::floor(inserted_share * ways[last]), std::min(wire.least_inserted, ways.back()),
+        std::clamp(std::floor(inserted_fraction * arcs[last]), std::min(wire.least_inserted, arcs.back()),
                    std::max(most_inserted, wire.least_inserted));
-    const auto at = std::lower_bound(ways.begin(), ways.end(), inserted) - ways.begin();
+    const auto at = std::lower_bound(arcs.begin(), arcs.end(), inserted) - arcs.begin();
     const Vec3 tip = path.points[std::min<std::size_t>(static_cast<std::size_t>(at), path.points.size() - 1)];
     Eigen::AlignedBox3d box(tip);
     box.extend(path.points.front());

@@ -21,7 +21,7 @@ constexpr double cells_to_axis = 1.25;
 physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
                                     const std::optional<physics::WallVariation>& variation) {
     if (!variation) return stiffness;
-    return variation->of(stiffness, geometry::CentrelineTree(anatomy.branches, {}).longest_way());
+    return variation->of(stiffness, geometry::CentrelineTree(anatomy.branches, {}).longest_arc());
 }
 
 std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy& anatomy, SurfaceWall kind,

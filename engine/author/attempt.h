@@ -52,7 +52,7 @@ bool all_reach(std::span<const Attempt>);
 /// The smallest target radius with which all of them would have reached [mm].
 double forgiving_radius(std::span<const Attempt>);
 
-/// The largest of the shares 1, 2, … % at which, and at all below which, all hands reach; 0 where none is.
+/// The largest of the fractions 1, 2, … % at which, and at all below which, all hands reach; 0 where none is.
 /// Looks up to `most`. Empty: interrupted.
 inline constexpr double widest_tried = 0.2;
 std::optional<double> widest_off(const exercise::Exercise& start, const script::CommandScript&,

@@ -43,23 +43,23 @@ private:
 };
 
 /// Throws InputError where no way through the vessels leads the device there.
-std::string way_to_target(const scenario::Scenario& s, const anatomy::Anatomy& vessels) {
+std::string path_to_target(const scenario::Scenario& s, const anatomy::Anatomy& vessels) {
     const geometry::Vec3 target = scenario::target_of(s, vessels);
     const scenario::Reach reach(vessels);
     const auto stations = reach.stations();
     const auto nearest =
         std::ranges::min_element(stations, {}, [&](const geometry::Station& at) { return at.power(target); });
     const int end = static_cast<int>(nearest - stations.begin());
-    const auto [before, ways] =
-        reach.ways_from(vessels.ends[*anatomy::find_end(vessels, s.entry.end)].opening);
+    const auto [before, lengths] =
+        reach.paths_from(vessels.ends[*anatomy::find_end(vessels, s.entry.end)].opening);
     const scenario::Device& device = s.devices[static_cast<std::size_t>(*s.index_of(s.target.device))].device;
     const auto refuse = [&](const std::string& why) {
         throw io::InputError(io::located(s.place("target"), "the target cannot be reached: " + why));
     };
-    const double way = ways[static_cast<std::size_t>(end)];
-    if (way < 0) refuse(fmt::format("no vessel leads there from '{}'", s.entry.end));
-    if (way > device.length)
-        refuse(fmt::format("it is {:.0f} mm from '{}', and the {} is {:.0f} mm long", way, s.entry.end,
+    const double length = lengths[static_cast<std::size_t>(end)];
+    if (length < 0) refuse(fmt::format("no vessel leads there from '{}'", s.entry.end));
+    if (length > device.length)
+        refuse(fmt::format("it is {:.0f} mm from '{}', and the {} is {:.0f} mm long", length, s.entry.end,
                            script::name_of(s.target.device), device.length));
     // A branch begins within its parent, which is wider there.
     const auto room = [&](int at) {
@@ -73,7 +73,8 @@ std::string way_to_target(const scenario::Scenario& s, const anatomy::Anatomy& v
                            reach.name_of(narrowest), 2 * room(narrowest), script::name_of(s.target.device),
                            device.outer_diameter));
     return fmt::format("{:.0f} mm from '{}', in '{}'; the narrowest on the way is {:.1f} mm wide, in '{}'",
-                       way, s.entry.end, reach.name_of(end), 2 * room(narrowest), reach.name_of(narrowest));
+                       length, s.entry.end, reach.name_of(end), 2 * room(narrowest),
+                       reach.name_of(narrowest));
 }
 
 std::string played(const scenario::Scenario& s, const script::CommandScript& solution,
@@ -103,14 +104,14 @@ std::vector<Finding> check(const scenario::ExerciseFiles& files, const std::file
                            vessels.targets.size());
     });
     bool placed = usable && found.look("entry", [&] {
-        const double way = geometry::length_of(scenario::entry_of(s, vessels).points);
+        const double length = geometry::length_of(scenario::entry_of(s, vessels).points);
         return fmt::format("{:g} mm of wire from '{}', at most {:.0f} would fit", s.wire().inserted,
-                           s.entry.end, way);
+                           s.entry.end, length);
     });
     if (usable) {
-        const bool has_way = anatomy::find_end(vessels, s.entry.end).has_value();
+        const bool has_path = anatomy::find_end(vessels, s.entry.end).has_value();
         placed &= found.look("target", [&] {
-            if (has_way) return way_to_target(s, vessels);
+            if (has_path) return path_to_target(s, vessels);
             scenario::target_of(s, vessels);
             return std::string("lies in a vessel");
         });
@@ -126,7 +127,7 @@ std::vector<Finding> check(const scenario::ExerciseFiles& files, const std::file
             const scenario::Scenario other =
                 scenario::load_scenario(files.file, catalogue, {}, std::to_string(k + 2));
             const exercise::Exercise exercise(other, exercise::Pictures::None, cache);
-            return other.patient_who + ", target " + way_to_target(other, exercise.simulation().anatomy());
+            return other.patient_who + ", target " + path_to_target(other, exercise.simulation().anatomy());
         });
     if (files.solution.empty())
         found.missing("solution", fmt::format("there is none: {}.gw", files.name));

@@ -13,47 +13,47 @@ namespace author {
 namespace {
 
 /// One motion of one device in one direction.
-struct Way {
+struct Manoeuvre {
     enum class Kind { Push, Pull, Left, Right } kind = Kind::Push;
-    script::Held held = script::Held::Wire;
-    bool operator==(const Way&) const = default;
-    bool operator<(const Way& other) const {
+    script::DeviceRole held = script::DeviceRole::Wire;
+    bool operator==(const Manoeuvre&) const = default;
+    bool operator<(const Manoeuvre& other) const {
         return std::pair(kind, held) < std::pair(other.kind, other.held);
     }
     bool turns() const { return kind == Kind::Left || kind == Kind::Right; }
-    Way back() const {
+    Manoeuvre back() const {
         constexpr Kind opposite[] = {Kind::Pull, Kind::Push, Kind::Right, Kind::Left};
         return {opposite[static_cast<int>(kind)], held};
     }
 };
 
 struct Motion {
-    Way way;
+    Manoeuvre manoeuvre;
     double amount = 0;  // [mm] or [deg], above 0
 };
 
 /// Empty for all other commands.
 std::optional<Motion> motion_of(const script::Command& command) {
     if (const auto* c = std::get_if<script::Advance>(&command))
-        return Motion{{Way::Kind::Push, c->held}, c->length};
+        return Motion{{Manoeuvre::Kind::Push, c->held}, c->length};
     if (const auto* c = std::get_if<script::Withdraw>(&command))
-        return Motion{{Way::Kind::Pull, c->held}, c->length};
+        return Motion{{Manoeuvre::Kind::Pull, c->held}, c->length};
     if (const auto* c = std::get_if<script::Rotate>(&command))
-        return Motion{{c->angle < 0 ? Way::Kind::Right : Way::Kind::Left, c->held},
+        return Motion{{c->angle < 0 ? Manoeuvre::Kind::Right : Manoeuvre::Kind::Left, c->held},
                       std::abs(c->angle) / geometry::degree};
     return std::nullopt;
 }
 
 script::Command command_of(const Motion& motion) {
-    const auto [kind, held] = motion.way;
+    const auto [kind, held] = motion.manoeuvre;
     switch (kind) {
-        case Way::Kind::Push:
+        case Manoeuvre::Kind::Push:
             return script::Advance{motion.amount, held};
-        case Way::Kind::Pull:
+        case Manoeuvre::Kind::Pull:
             return script::Withdraw{motion.amount, held};
-        case Way::Kind::Left:
+        case Manoeuvre::Kind::Left:
             return script::Rotate{motion.amount * geometry::degree, held};
-        case Way::Kind::Right:
+        case Manoeuvre::Kind::Right:
             return script::Rotate{-motion.amount * geometry::degree, held};
     }
     return script::Reset{};
@@ -61,7 +61,7 @@ script::Command command_of(const Motion& motion) {
 
 /// Whether the frame's motions must stay as they are.
 bool is_fixed(std::span<const script::TimedCommand> commands) {
-    std::vector<Way> ways;
+    std::vector<Manoeuvre> manoeuvres;
     for (const script::TimedCommand& timed : commands) {
         const script::Command& command = timed.command;
         if (std::holds_alternative<script::Remove>(command) ||
@@ -69,8 +69,8 @@ bool is_fixed(std::span<const script::TimedCommand> commands) {
             std::holds_alternative<script::Grip>(command))
             return true;
         if (const auto motion = motion_of(command)) {
-            if (std::ranges::find(ways, motion->way.back()) != ways.end()) return true;
-            ways.push_back(motion->way);
+            if (std::ranges::find(manoeuvres, motion->manoeuvre.back()) != manoeuvres.end()) return true;
+            manoeuvres.push_back(motion->manoeuvre);
         }
     }
     return false;
@@ -112,9 +112,9 @@ double amount_of(double sum, std::size_t frames) {
     return mean;
 }
 
-void append_ranges(const Way& way, const Stretch& stretch, const Nearness& near, double& carried,
+void append_ranges(const Manoeuvre& manoeuvre, const Stretch& stretch, const Nearness& near, double& carried,
                    std::vector<ScriptLine>& lines) {
-    const double most = way.turns() ? near.angle / geometry::degree : near.length;
+    const double most = manoeuvre.turns() ? near.angle / geometry::degree : near.length;
     for (std::size_t at = 0; at < stretch.amounts.size();) {
         const auto rest = std::span(stretch.amounts).subspan(at);
         const std::size_t count = alike(rest, most);
@@ -123,7 +123,8 @@ void append_ranges(const Way& way, const Stretch& stretch, const Nearness& near,
         const double each = sum > 0 ? amount_of(sum, count) : 0.0;
         carried = sum - each * static_cast<double>(count);
         const int first = stretch.first + static_cast<int>(at);
-        if (each > 0) lines.push_back({first, first + static_cast<int>(count) - 1, command_of({way, each})});
+        if (each > 0)
+            lines.push_back({first, first + static_cast<int>(count) - 1, command_of({manoeuvre, each})});
         at += count;
     }
 }
@@ -132,7 +133,7 @@ void append_ranges(const Way& way, const Stretch& stretch, const Nearness& near,
 
 std::vector<ScriptLine> in_ranges(const script::CommandScript& script, const Nearness& near) {
     std::vector<ScriptLine> lines;
-    std::map<Way, std::vector<Stretch>> ways;
+    std::map<Manoeuvre, std::vector<Stretch>> manoeuvres;
     for (auto at = script.commands.begin(); at != script.commands.end();) {
         const int frame = at->frame;
         const auto commands = script.at(frame);
@@ -148,7 +149,7 @@ std::vector<ScriptLine> in_ranges(const script::CommandScript& script, const Nea
             if (fixed || !motion) {
                 lines.push_back({frame, frame, timed.command});
             } else if (motion->amount > 0) {
-                std::vector<Stretch>& of = ways[motion->way];
+                std::vector<Stretch>& of = manoeuvres[motion->manoeuvre];
                 const int next =
                     of.empty() ? -1 : of.back().first + static_cast<int>(of.back().amounts.size());
                 if (next == frame + 1)
@@ -160,9 +161,9 @@ std::vector<ScriptLine> in_ranges(const script::CommandScript& script, const Nea
             }
         }
     }
-    for (const auto& [way, stretches] : ways) {
+    for (const auto& [manoeuvre, stretches] : manoeuvres) {
         double carried = 0;
-        for (const Stretch& stretch : stretches) append_ranges(way, stretch, near, carried, lines);
+        for (const Stretch& stretch : stretches) append_ranges(manoeuvre, stretch, near, carried, lines);
     }
     std::ranges::stable_sort(lines, {}, &ScriptLine::first);
     return lines;
@@ -181,8 +182,8 @@ std::vector<std::pair<std::size_t, std::size_t>> coming_to_nothing(const std::ve
                 return each * (line.last - line.first + 1);
             };
             const double net = std::abs(all(lines[before], earlier->amount) - all(lines[k], motion->amount));
-            if (motion->way == earlier->way.back() &&
-                net < (motion->way.turns() ? near.angle / geometry::degree : near.length)) {
+            if (motion->manoeuvre == earlier->manoeuvre.back() &&
+                net < (motion->manoeuvre.turns() ? near.angle / geometry::degree : near.length)) {
                 pairs.emplace_back(before, k);
                 before = lines.size();
                 continue;

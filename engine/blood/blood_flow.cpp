@@ -66,7 +66,7 @@ struct BranchArc {
     std::vector<double> lengths;  // to each sample [mm]
 
     explicit BranchArc(const CentrelineBranch& given)
-        : branch(&given), lengths(geometry::ways_along(given.points)) {}
+        : branch(&given), lengths(geometry::arc_lengths(given.points)) {}
     std::pair<int, double> at(double s) const {  // sample before s, and the part of the step to the next [-]
         const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, s);
         const int i = static_cast<int>(after - lengths.begin()) - 1;
@@ -255,12 +255,12 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.cell = cell;
         outlet.place = opening.centre;
         outlet.direction = opening.outward_normal;
-        outlet.share = supply.demand * std::pow(opening.radius, spec.exponent);
+        outlet.fraction = supply.demand * std::pow(opening.radius, spec.exponent);
         outlet.transit = supply.transit;
         if (supply.organ == anatomy::Organ::Kidney) outlet.inner = kidney;
         outlet.radius = opening.radius;
         outlet.tissue = 100.0 / supply.perfusion * 60.0 / tissue_density;  // of 1 ml/s
-        demand[flow.tree[cell]] += outlet.share;
+        demand[flow.tree[cell]] += outlet.fraction;
         flow.outlets.push_back(std::move(outlet));
     }
     // A root that ends in another tree, as a vertebral artery in the basilar artery, feeds that by its width.
@@ -278,19 +278,20 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.organ = "confluence";
         outlet.place = branch.points.back();
         outlet.direction = (outlet.place - branch.points[branch.points.size() - 2]).normalized();
-        outlet.share = supply_behind(anatomy, b).demand * std::pow(branch.radii.back(), spec.exponent);
+        outlet.fraction = supply_behind(anatomy, b).demand * std::pow(branch.radii.back(), spec.exponent);
         outlet.transit = outlet.tissue = 1;
-        demand[tree] += outlet.share;
+        demand[tree] += outlet.fraction;
         flow.outlets.push_back(std::move(outlet));
     }
     std::vector<double> inflow;  // of each tree, with what other trees bring [ml/s]
     for (const BloodFlow::Source& source : flow.sources) inflow.push_back(source.inflow);
     for (Outlet& outlet : flow.outlets) {
-        outlet.share /= demand[flow.tree[outlet.cell]];
-        if (outlet.into >= 0) inflow[flow.tree[outlet.into]] += outlet.share * inflow[flow.tree[outlet.cell]];
+        outlet.fraction /= demand[flow.tree[outlet.cell]];
+        if (outlet.into >= 0)
+            inflow[flow.tree[outlet.into]] += outlet.fraction * inflow[flow.tree[outlet.cell]];
     }
     for (Outlet& outlet : flow.outlets) {
-        outlet.flow = outlet.share * inflow[flow.tree[outlet.cell]];
+        outlet.flow = outlet.fraction * inflow[flow.tree[outlet.cell]];
         if (outlet.into < 0) outlet.arterial = arterial_time(outlet.radius, outlet.flow);
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
@@ -328,20 +329,21 @@ void cut_off_beyond(BloodFlow& flow, int first, const std::vector<char>& beyond)
     const auto cut = [&](const Outlet& outlet) {
         return beyond[outlet.cell] && flow.tree[outlet.cell] == from;
     };
-    for (const Outlet& outlet : flow.outlets) all += cut(outlet) ? outlet.share : 0;
+    for (const Outlet& outlet : flow.outlets) all += cut(outlet) ? outlet.fraction : 0;
     for (Outlet& outlet : flow.outlets)
-        if (cut(outlet) && all > 0) outlet.share /= all;
+        if (cut(outlet) && all > 0) outlet.fraction /= all;
     for (std::size_t i = 0; i < beyond.size(); ++i)
         if (beyond[i] && flow.tree[i] == from) flow.tree[i] = to;
 }
 
-/// What the shares make of the sources' inflow.
+/// What the fractions make of the sources' inflow.
 void renew_flows(BloodFlow& flow) {
     std::vector<double> inflow(flow.sources.size() + static_cast<std::size_t>(flow.cut_off));
     for (std::size_t s = 0; s < flow.sources.size(); ++s) inflow[s] = flow.sources[s].inflow;
     for (const Outlet& outlet : flow.outlets)
-        if (outlet.into >= 0) inflow[flow.tree[outlet.into]] += outlet.share * inflow[flow.tree[outlet.cell]];
-    for (Outlet& outlet : flow.outlets) outlet.flow = outlet.share * inflow[flow.tree[outlet.cell]];
+        if (outlet.into >= 0)
+            inflow[flow.tree[outlet.into]] += outlet.fraction * inflow[flow.tree[outlet.cell]];
+    for (Outlet& outlet : flow.outlets) outlet.flow = outlet.fraction * inflow[flow.tree[outlet.cell]];
 }
 
 }  // namespace
@@ -363,7 +365,7 @@ BloodFlow BloodFlow::obstructed(std::span<const Obstruction> all) const {
         for (const Outlet& outlet : outlets) through += beyond[outlet.cell] ? outlet.flow : 0;
         const double left = left_by(in_the_way, through);
         for (Outlet& outlet : flow.outlets)
-            if (beyond[outlet.cell]) outlet.share *= left;
+            if (beyond[outlet.cell]) outlet.fraction *= left;
     }
     renew_flows(flow);
     return flow;
@@ -374,11 +376,11 @@ int BloodFlow::entry_of(int branch) const {
     for (int i = 0; i < static_cast<int>(cells.size()) && first < 0; ++i)
         if (cells[i].branch == branch) first = i;
     if (first < 0) return -1;
-    double way = 0;
+    double passed = 0;
     int at = first;
-    for (int i = first + 1; i < static_cast<int>(cells.size()) && way < cells[first].radius; ++i) {
+    for (int i = first + 1; i < static_cast<int>(cells.size()) && passed < cells[first].radius; ++i) {
         if (cells[i].branch != branch || cells[i].upstream != at) continue;
-        way += cells[i].distance;
+        passed += cells[i].distance;
         at = i;
     }
     return at;
@@ -404,12 +406,12 @@ void BloodFlow::balance(double pulse, std::span<const double> added, std::span<d
     }
     for (const Outlet& outlet : outlets) {
         if (outlet.into < 0) continue;
-        const double passed = outlet.share * entering[tree[outlet.cell]];
+        const double passed = outlet.fraction * entering[tree[outlet.cell]];
         entering[tree[outlet.into]] += passed;
         into[outlet.into] -= passed;
     }
     for (std::size_t o = 0; o < outlets.size(); ++o) {
-        leaving[o] = outlets[o].share * entering[tree[outlets[o].cell]];
+        leaving[o] = outlets[o].fraction * entering[tree[outlets[o].cell]];
         into[outlets[o].cell] += leaving[o];
     }
     for (std::size_t i = cells.size(); i-- > 0;)

@@ -3,7 +3,7 @@
 /// and the flow through each end.
 ///
 /// The vessels themselves resist no flow and all ends drain against the same venous pressure, so each end
-/// takes a fixed share of whatever enters the tree. The source delivers its inflow at any pressure. What a
+/// takes a fixed fraction of whatever enters the tree. The source delivers its inflow at any pressure. What a
 /// complication leaves in the way of blood resists it: BloodFlow::obstructed.
 
 #include <optional>
@@ -21,8 +21,8 @@ struct FlowSpec {
     std::optional<double> inflow;  // mean, at the source [ml/s]; empty = usual_flow of its radius
     double exponent = 3.0;         // an end's flow follows its radius to this power (Murray 1926) [-]
     double heart_rate = 70.0;      // [1/min]
-    // Share of the flow that comes in systole, 0 = steady. (Highest − lowest flow) / mean is 3.2 times this:
-    // here 1.6, between arteries of organs, whose flow never stops, and the aorta (estimate) [-].
+    // Fraction of the flow that comes in systole, 0 = steady. (Highest − lowest flow) / mean is 3.2 times
+    // this: here 1.6, between arteries of organs, whose flow never stops, and the aorta (estimate) [-].
     double pulsatility = 0.5;
     // Dispersion of a bolus in units of radius times mean velocity. 0.7 is that of turbulent pipe flow at the
     // Reynolds numbers of arteries (Taylor 1954: 10.1 r u*, with a friction velocity u* of 0.07 of the mean);
@@ -52,10 +52,10 @@ struct FlowCell {
 };
 
 /// What follows the small vessels of an organ's outer part: of a kidney, whose cortex blood reaches first. A
-/// share of the blood goes on through the inner part, the medulla, and a share of the iodine is filtered into
-/// tubules, which run through the cortex and then the medulla. All 0 for other organs.
+/// fraction of the blood goes on through the inner part, the medulla, and a fraction of the iodine is
+/// filtered into tubules, which run through the cortex and then the medulla. All 0 for other organs.
 struct Inner {
-    double share = 0;                             // of the blood [-]
+    double fraction = 0;                          // of the blood [-]
     double transit = 0;                           // of blood through the inner part [s]
     double filtered = 0;                          // of the iodine [-]
     double outer_tubules = 0, inner_tubules = 0;  // mean times there [s]
@@ -69,7 +69,7 @@ struct Outlet {
     int into = -1;             // the cell of another tree that the blood flows into; -1 at an open end
     geometry::Vec3 place;      // [mm]
     geometry::Vec3 direction;  // outward, unit
-    double share;              // of the flow that enters its tree [-]
+    double fraction;           // of the flow that enters its tree [-]
     double flow;               // at rest [ml/s]
     double tissue;             // volume that the flow supplies [ml]
     double transit;            // mean, of blood through the organ's small vessels [s]
@@ -96,14 +96,14 @@ struct BloodFlow {
     int nearest(const geometry::Vec3&) const;
     /// Mean flow at rest through every cell [ml/s].
     std::vector<double> resting() const;
-    /// The flow with that in the way: each end beyond it keeps the part of its share that the pressure of
+    /// The flow with that in the way: each end beyond it keeps the part of its fraction that the pressure of
     /// arteries drives by against the bed behind it, whose resistance stays. Other ends keep what they have,
     /// and the source delivers as much less. What is injected beyond a plug goes on, as if it were all.
     BloodFlow obstructed(std::span<const Obstruction>) const;
 
     /// Flow into each cell from upstream [ml/s], negative where it runs back: the sources' inflow times
     /// `pulse`, with `added` [ml/s] also flowing into each cell. The added flow raises the flow of every end
-    /// in proportion to its share; the part that the ends beyond do not take runs back toward the source.
+    /// in proportion to its fraction; the part that the ends beyond do not take runs back toward the source.
     /// `leaving` is the flow out of each outlet.
     void balance(double pulse, std::span<const double> added, std::span<double> into,
                  std::span<double> leaving) const;

@@ -326,9 +326,9 @@ void ContrastFlow::spread(double dt) {
     }
     for (int i = count - 1; i >= 0; --i) {
         if (upstream_[i] < 0) continue;
-        const double share = change_[i] / diagonal_[i];
-        diagonal_[upstream_[i]] -= share * change_[i];
-        right_[upstream_[i]] += share * right_[i];
+        const double fraction = change_[i] / diagonal_[i];
+        diagonal_[upstream_[i]] -= fraction * change_[i];
+        right_[upstream_[i]] += fraction * right_[i];
     }
     for (int i = 0; i < count; ++i) {
         const double from_upstream = upstream_[i] < 0 ? 0 : change_[i] * iodine_[upstream_[i]];
@@ -353,7 +353,7 @@ void ContrastFlow::perfuse(double dt) {
         const Inner& in = outlet.inner;
         double* const mass = tanks_[o].mass;
         double arriving = distal_.pass(static_cast<int>(o), reached_[o], leaving_[o], dt);
-        if (in.share == 0 && in.filtered == 0) {
+        if (in.fraction == 0 && in.filtered == 0) {
             for (int k = 0; k < 3; ++k) arriving = through(mass[k], arriving, outlet.transit / 3);
             drained_ += arriving;
             const double held = mass[0] + mass[1] + mass[2];
@@ -364,7 +364,7 @@ void ContrastFlow::perfuse(double dt) {
         arriving = through(mass[0], arriving, outlet.transit / 3);
         const double filtered = in.filtered * arriving;
         arriving = through(mass[1], arriving - filtered, outlet.transit / 3);
-        double deep = in.share * arriving;
+        double deep = in.fraction * arriving;
         drained_ += through(mass[2], arriving - deep, outlet.transit / 3);
         for (double& vessels : inner.vessels) deep = through(vessels, deep, in.transit / 2);
         drained_ += deep;
@@ -385,14 +385,15 @@ std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
     const std::size_t count = iodine_.size();
     std::vector<Eigen::Vector3f> streams(count, Eigen::Vector3f::Zero());
     bool any = false;
-    std::vector<double> way(count, -1.0);  // from the site, downstream [mm]
+    std::vector<double> passed(count, -1.0);  // from the site, downstream [mm]
     double source = 0;
     for (const BloodFlow::Source& tree : blood_.sources) source = std::max(source, tree.inflow);
     const double faster = source > 0 ? 1 + injection_rate() / source : 1;
     for (std::size_t i = 0; i < count; ++i) {
         const FlowCell& cell = blood_.cells[i];
-        if (static_cast<int>(i) == site_.cell) way[i] = 0;
-        if (cell.upstream >= 0 && way[cell.upstream] >= 0) way[i] = way[cell.upstream] + cell.distance;
+        if (static_cast<int>(i) == site_.cell) passed[i] = 0;
+        if (cell.upstream >= 0 && passed[cell.upstream] >= 0)
+            passed[i] = passed[cell.upstream] + cell.distance;
         if (cell.radius < narrowest || iodine_[i] < 1e-3) continue;
         const int other = cell.upstream >= 0 ? cell.upstream : only_child_[i];
         if (other < 0) continue;
@@ -404,7 +405,8 @@ std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
         const Vec3 fall = across(down);
         const double richardson = gravity * fall.norm() * denser * iodine_[i] * diameter / (speed * speed);
         Vec3 gradient = richardson / (1 + richardson) * fall;
-        if (way[i] >= 0) gradient += std::exp(-way[i] / (mixing * 2 * cell.radius)) * across(site_.aside);
+        if (passed[i] >= 0)
+            gradient += std::exp(-passed[i] / (mixing * 2 * cell.radius)) * across(site_.aside);
         gradient /= std::max(1.0, gradient.norm());
         if (!gradient.allFinite() || gradient.isZero()) continue;
         streams[i] = gradient.cast<float>();

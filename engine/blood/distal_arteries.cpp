@@ -34,14 +34,14 @@ void DistalArteries::reset() {
 
 double DistalArteries::pass(int outlet, double entering, double flow, double dt) {
     if (!(volume_[outlet] > 0)) return entering;
-    const double way = std::max(0.0, flow) * dt / volume_[outlet];  // bins passed
-    if (way == 0) {
+    const double passed = std::max(0.0, flow) * dt / volume_[outlet];  // bins passed
+    if (passed == 0) {
         mass_[outlet * bins] += entering;
         return 0;
     }
     double* mass = mass_.data() + static_cast<std::ptrdiff_t>(outlet) * bins;
-    const int whole = static_cast<int>(std::min(way, 1.0 * bins));
-    const double part = std::min(way, 1.0 * bins) - whole;
+    const int whole = static_cast<int>(std::min(passed, 1.0 * bins));
+    const double part = std::min(passed, 1.0 * bins) - whole;
     std::array<double, bins> moved{};
     double left = 0;
     const auto put = [&](int bin, double amount) {
@@ -54,8 +54,8 @@ double DistalArteries::pass(int outlet, double entering, double flow, double dt)
         put(k + whole, (1 - part) * mass[k]);
         put(k + whole + 1, part * mass[k]);
     }
-    for (int k = 0; k < whole; ++k) put(k, entering / way);
-    put(whole, entering * std::max(0.0, 1 - whole / way));
+    for (int k = 0; k < whole; ++k) put(k, entering / passed);
+    put(whole, entering * std::max(0.0, 1 - whole / passed));
     std::copy(moved.begin(), moved.end(), mass);
     return left;
 }

@@ -10,7 +10,7 @@ struct Obstruction {
     geometry::Vec3 from = geometry::Vec3::Zero(), middle = geometry::Vec3::Zero();  // on its centreline [mm]
     /// Pressure that it takes of a flow Q [ml/s]: laminar · Q + turbulent · Q² [Pa s/ml], [Pa s²/ml²].
     double laminar = 0, turbulent = 0;
-    double passes = 1;  // share of the flow that a plug lets by; 0 = none, and nothing gets beyond it [-]
+    double passes = 1;  // fraction of the flow that a plug lets by; 0 = none, and nothing gets beyond it [-]
 };
 
 }  // namespace blood

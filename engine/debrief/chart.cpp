@@ -90,7 +90,7 @@ struct Side {
 }  // namespace
 
 std::string time_line(const Story& story) {
-    double last = 0, in_least = 0, in_most = 1, turn_least = 0, turn_most = 1, force = 1, way = 1;
+    double last = 0, in_least = 0, in_most = 1, turn_least = 0, turn_most = 1, force = 1, distance = 1;
     in_least = std::numeric_limits<double>::infinity();
     for (const Moment& m : story.moments) {
         last = std::max(last, m.seconds);
@@ -101,7 +101,7 @@ std::string time_line(const Story& story) {
         turn_least = std::min(turn_least, m.turned / geometry::degree);
         turn_most = std::max(turn_most, m.turned / geometry::degree);
         force = std::max(force, m.force);
-        way = std::max(way, m.to_target);
+        distance = std::max(distance, m.to_target);
     }
     if (!(in_least < in_most)) in_least = in_most - 1;
     const Scale x{0, std::max(last, 0.1), left, width - right};
@@ -113,7 +113,7 @@ std::string time_line(const Story& story) {
     const std::array<Lane, 4> lanes = {{{"inserted, mm", in_least, in_most, 84},
                                         {"turned, deg", turn_least, turn_most, 60},
                                         {"wall force, N", 0, force, 60},
-                                        {"to target, mm", 0, way, 60}}};
+                                        {"to target, mm", 0, distance, 60}}};
     std::string text;
     double top = 44;
     std::array<Scale, 4> scales;
@@ -199,7 +199,7 @@ std::string time_line(const Story& story) {
         width, top + 12, left, width - right, last, text);
 }
 
-std::string way_over_vessels(const Story& story) {
+std::string tip_over_vessels(const Story& story) {
     const std::array<Side, 2> sides = {
         {{"from the front", geometry::Vec3::UnitX()}, {"from the left", geometry::Vec3::UnitY()}}};
     // What the tip has seen, with some of the vessels around.

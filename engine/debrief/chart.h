@@ -23,7 +23,7 @@ std::string time_line(const Story&);
 
 /// The tip's way over the vessels, from the front and from the left, on the same scale; dots with the class
 /// "here" and circles of marks as in the time line.
-std::string way_over_vessels(const Story&);
+std::string tip_over_vessels(const Story&);
 
 /// Values of attempts in order, with a line at the mean of the skilled; a value that is not finite is a gap.
 struct Curve {

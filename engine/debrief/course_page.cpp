@@ -93,12 +93,12 @@ std::string curve(const Standing& standing) {
                          : edge + (width - 2 * edge) * static_cast<double>(k) / static_cast<double>(last);
     };
     const auto down = [&](double points) { return height - edge - (height - 2 * edge) * points / 100; };
-    std::string way, dots, words;
+    std::string line, dots, words;
     for (std::size_t k = 0; k < standing.attempts.size(); ++k) {
         const CourseRow& row = *standing.attempts[k];
         if (!row.points) continue;
         const double x = across(k), y = down(*row.points);
-        way += fmt::format("{:.1f},{:.1f} ", x, y);
+        line += fmt::format("{:.1f},{:.1f} ", x, y);
         dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.6\" fill=\"{}\" stroke=\"{}\"/>", x, y,
                             row.reached ? ink::wire : "#fff", ink::wire);
         words += fmt::format("{}{:.0f}", words.empty() ? "" : ", ", *row.points);
@@ -109,7 +109,7 @@ std::string curve(const Standing& standing) {
         "pass</title><line x1=\"0\" x2=\"{0}\" y1=\"{4:.1f}\" y2=\"{4:.1f}\" stroke=\"#5b636d\" "
         "stroke-dasharray=\"4 3\"/><polyline points=\"{5}\" fill=\"none\" stroke=\"{6}\" "
         "stroke-width=\"1.5\"/>{7}</svg>",
-        width, height, words, standing.exercise->pass, down(standing.exercise->pass), way, ink::wire, dots);
+        width, height, words, standing.exercise->pass, down(standing.exercise->pass), line, ink::wire, dots);
 }
 
 std::string matrix_cell(const Standing& standing, Day today) {

@@ -86,7 +86,7 @@ const std::vector<Group>& groups() {
            "All turns of the hubs added up, either way. How much a way needs depends on its branches: "
            "compare "
            "attempts at this exercise."},
-          {"Idle", "%", 0, Row::Lower, [](const Score& s) { return Value(100 * s.idle_share); },
+          {"Idle", "%", 0, Row::Lower, [](const Score& s) { return Value(100 * s.idle_fraction); },
            "The part of the time after the first motion in which no device moved. Thinking with the beam off "
            "costs time alone."}}},
         {"Tip",
@@ -253,7 +253,7 @@ std::string errors(const Story& story) {
     return text + "</ol>";
 }
 
-std::string wrong_ways(const Story& story) {
+std::string wrong_branches(const Story& story) {
     std::string text;
     for (const exercise::WrongBranch& branch : story.score.wrong_branches)
         text += fmt::format(
@@ -438,8 +438,8 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         "look "
         "at a moment.</span></p>";
     text += time_line(story) + "<p id=\"moment\"></p>";
-    text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + way_over_vessels(story) + "</section>";
-    text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_ways(story) +
+    text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + tip_over_vessels(story) + "</section>";
+    text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_branches(story) +
             set_by_teacher(story) + "</section></div>";
     text += teacher_section(story);
     if (!story.key_frames.empty()) text += "\n<h2>What the screen showed</h2>" + pictures(story);

@@ -335,7 +335,7 @@ Observation Episode::reading() const {
 
 namespace {
 
-std::vector<double> places_of(const Episode& episode, script::Held held) {
+std::vector<double> places_of(const Episode& episode, script::DeviceRole held) {
     const Simulation& simulation = episode.simulation();
     std::vector<double> numbers;
     const geometry::Vec3 shift = simulation.vessel_shift();
@@ -359,11 +359,11 @@ std::vector<double> in_image(const render::CArm& arm, const std::vector<double>&
     return numbers;
 }
 
-template <script::Held held>
+template <script::DeviceRole held>
 std::vector<double> joints(const Episode& episode, const render::CArm&) {
     return places_of(episode, held);
 }
-template <script::Held held>
+template <script::DeviceRole held>
 std::vector<double> pixels(const Episode& episode, const render::CArm& arm) {
     return in_image(arm, places_of(episode, held));
 }
@@ -376,20 +376,22 @@ std::vector<double> forces(const Episode& episode, const render::CArm&) {
 
 constexpr ListField lists[] = {
     {"wire_mm", "mm", "joints of the wire from the introducer to its tip; none where it is out", 3,
-     joints<script::Held::Wire>},
-    {"wire_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Wire>},
+     joints<script::DeviceRole::Wire>},
+    {"wire_px", "pixels", "the same joints in the image", 2, pixels<script::DeviceRole::Wire>},
     {"microcatheter_mm", "mm", "of the microcatheter; none without one, or where it is out", 3,
-     joints<script::Held::Microcatheter>},
-    {"microcatheter_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Microcatheter>},
+     joints<script::DeviceRole::Microcatheter>},
+    {"microcatheter_px", "pixels", "the same joints in the image", 2,
+     pixels<script::DeviceRole::Microcatheter>},
     {"intermediate_mm", "mm", "of the intermediate catheter; none without one, or where it is out", 3,
-     joints<script::Held::Intermediate>},
-    {"intermediate_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Intermediate>},
+     joints<script::DeviceRole::Intermediate>},
+    {"intermediate_px", "pixels", "the same joints in the image", 2,
+     pixels<script::DeviceRole::Intermediate>},
     {"catheter_mm", "mm", "joints of the catheter; none without one, or where it is out", 3,
-     joints<script::Held::Catheter>},
-    {"catheter_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Catheter>},
+     joints<script::DeviceRole::Catheter>},
+    {"catheter_px", "pixels", "the same joints in the image", 2, pixels<script::DeviceRole::Catheter>},
     {"sheath_mm", "mm", "of the sheath; none without one, or where it is out", 3,
-     joints<script::Held::Sheath>},
-    {"sheath_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Sheath>},
+     joints<script::DeviceRole::Sheath>},
+    {"sheath_px", "pixels", "the same joints in the image", 2, pixels<script::DeviceRole::Sheath>},
     {"joint_force_N", "N", "force on the wall of each joint of the chain of devices", 1, forces},
 };
 

@@ -30,13 +30,13 @@ struct Add {
     void operator()(const exercise::OfDevices& value) const {
         json[name] = value.of[0];
         for (int k = 1; k < script::most_devices; ++k) {
-            const auto role = static_cast<script::Held>(k);
+            const auto role = static_cast<script::DeviceRole>(k);
             const std::optional<int> place = simulation.scenario().index_of(role);
             json[fmt::format("{}_{}", script::name_of(role), name)] = place ? value.of[*place] : 0;
         }
     }
     void operator()(exercise::Branch branch) const { json[name] = name_of(branch, simulation.anatomy()); }
-    void operator()(script::Held held) const { json[name] = script::name_of(held); }
+    void operator()(script::DeviceRole held) const { json[name] = script::name_of(held); }
 };
 
 }  // namespace

@@ -10,12 +10,12 @@
 
 namespace episode {
 
-script::Command feed(double length, script::Held held) {
+script::Command feed(double length, script::DeviceRole held) {
     if (length < 0) return script::Withdraw{-length, held};
     return script::Advance{length, held};
 }
 
-void append(script::Held held, double advance, double rotate, std::vector<script::Command>& commands) {
+void append(script::DeviceRole held, double advance, double rotate, std::vector<script::Command>& commands) {
     if (advance != 0) commands.push_back(feed(advance, held));
     if (rotate != 0) commands.push_back(script::Rotate{rotate, held});
 }

@@ -10,10 +10,10 @@
 namespace episode {
 
 /// Advances by a length, or withdraws where it is below 0 [mm]: scripts know no negative lengths.
-script::Command feed(double length, script::Held);
+script::Command feed(double length, script::DeviceRole);
 
 /// Adds the commands of a device's motion [mm], [rad], of which zero asks for none.
-void append(script::Held, double advance, double rotate, std::vector<script::Command>&);
+void append(script::DeviceRole, double advance, double rotate, std::vector<script::Command>&);
 
 class Pool {
 public:

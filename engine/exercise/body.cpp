@@ -141,7 +141,7 @@ std::string file_name(std::uint64_t key) {
 struct KeptBlob {
     render::TextureBlob blob;
     void state(geometry::StateStream& s) {
-        s(blob.middle, blob.axis, blob.radius, blob.elongation, blob.share);
+        s(blob.middle, blob.axis, blob.radius, blob.elongation, blob.fraction);
     }
 };
 

@@ -30,21 +30,21 @@ constexpr double spasm_pressure = 1e-2;  // on what lies in it: 10 kPa, an estim
 constexpr double full_pressure = 0.2;    // is reached where a device keeps the wall away by this [mm]
 
 /// A branch by the way from its origin.
-struct BranchWay {
+struct BranchArc {
     const geometry::CentrelineBranch& branch;
-    std::vector<double> ways;  // of its samples [mm]
+    std::vector<double> arcs;  // of its samples [mm]
     double length;             // [mm]
 
-    BranchWay(const anatomy::Anatomy& anatomy, int b)
+    BranchArc(const anatomy::Anatomy& anatomy, int b)
         : branch(anatomy.branches[static_cast<std::size_t>(b)]),
-          ways(geometry::ways_along(branch.points, -anatomy::origin_of(anatomy, b))),
-          length(ways.back()) {}
-    /// The sample before and the share of the step to the next.
+          arcs(geometry::arc_lengths(branch.points, -anatomy::origin_of(anatomy, b))),
+          length(arcs.back()) {}
+    /// The sample before and the fraction of the step to the next.
     std::pair<std::size_t, double> at(double s) const {
-        const auto after = std::upper_bound(ways.begin() + 1, ways.end() - 1, s);
-        const auto i = static_cast<std::size_t>(after - ways.begin()) - 1;
-        const double step = ways[i + 1] - ways[i];
-        return {i, step > 0 ? std::clamp((s - ways[i]) / step, 0.0, 1.0) : 0.0};
+        const auto after = std::upper_bound(arcs.begin() + 1, arcs.end() - 1, s);
+        const auto i = static_cast<std::size_t>(after - arcs.begin()) - 1;
+        const double step = arcs[i + 1] - arcs[i];
+        return {i, step > 0 ? std::clamp((s - arcs[i]) / step, 0.0, 1.0) : 0.0};
     }
     Vec3 point(double s) const {
         const auto [i, t] = at(s);
@@ -57,9 +57,10 @@ struct BranchWay {
 };
 
 /// Where a complication begins and ends, from the branch's origin: not in the mouth of its parent.
-std::pair<double, double> extent(const BranchWay& way, double at, double over) {
-    const double first = way.branch.parent < 0 ? way.ways.front() : from_origin * way.radius(0);
-    return {std::max(at - 0.5 * over, first), std::min(at + 0.5 * over, way.length)};
+std::pair<double, double> extent(const BranchArc& branch_arc, double at, double over) {
+    const double first =
+        branch_arc.branch.parent < 0 ? branch_arc.arcs.front() : from_origin * branch_arc.radius(0);
+    return {std::max(at - 0.5 * over, first), std::min(at + 0.5 * over, branch_arc.length)};
 }
 
 double smooth(double t) {
@@ -103,11 +104,11 @@ std::string Complications::problem(const script::Complicate& c, const anatomy::A
     if (c.kind == ComplicationKind::Breath) return {};
     const std::optional<int> branch = anatomy::branch_named(anatomy, c.branch);
     if (!branch) return unknown_branch(c.branch, anatomy);
-    const BranchWay way(anatomy, *branch);
-    if (c.at > way.length)
+    const BranchArc branch_arc(anatomy, *branch);
+    if (c.at > branch_arc.length)
         return fmt::format("expected a place of 0 to {:.1f} mm from the origin of {}, found {} mm",
-                           way.length, c.branch, io::number_text(c.at));
-    if (const auto [from, to] = extent(way, c.at, c.over); to - from < shortest)
+                           branch_arc.length, c.branch, io::number_text(c.at));
+    if (const auto [from, to] = extent(branch_arc, c.at, c.over); to - from < shortest)
         return fmt::format(
             "expected a {} of at least {} mm in {}, found {:.1f} mm: what would be in its "
             "parent's lumen, or nearer to that than half its radius, is left out",
@@ -154,19 +155,20 @@ void Complications::find_places(const anatomy::Anatomy& anatomy) {
 Complications::Place Complications::place_of(const Complication& c, const anatomy::Anatomy& anatomy) {
     Place place;
     if (c.branch < 0) return place;
-    const BranchWay way(anatomy, c.branch);
-    const auto [from, to] = extent(way, c.at, c.over);
-    const double first = std::max(from - past_ends, way.ways.front()),
-                 last = std::min(to + past_ends, way.length), slope = shoulder * (to - from);
+    const BranchArc branch_arc(anatomy, c.branch);
+    const auto [from, to] = extent(branch_arc, c.at, c.over);
+    const double first = std::max(from - past_ends, branch_arc.arcs.front()),
+                 last = std::min(to + past_ends, branch_arc.length), slope = shoulder * (to - from);
     const int count = static_cast<int>(std::floor((last - first) / spacing)) + 1;
     for (int k = 0; k < count; ++k) {
         const double s = first + k * spacing;
-        place.axis.push_back(way.point(s));
-        place.lumen.push_back(way.radius(s));
+        place.axis.push_back(branch_arc.point(s));
+        place.lumen.push_back(branch_arc.radius(s));
         place.shape.push_back(smooth((s - from) / slope) * smooth((to - s) / slope));
-        const auto [i, t] = way.at(s);
+        const auto [i, t] = branch_arc.at(s);
         // In an image from the front a flap is seen in profile.
-        const Vec3 aside = (way.branch.points[i + 1] - way.branch.points[i]).cross(Vec3::UnitY());
+        const Vec3 aside =
+            (branch_arc.branch.points[i + 1] - branch_arc.branch.points[i]).cross(Vec3::UnitY());
         place.side.push_back(aside.norm() > 1e-6 ? Vec3(aside.normalized()) : Vec3(Vec3::UnitX()));
     }
     std::vector<double> wall = place.lumen;  // how far it is from the axis [mm]

@@ -25,7 +25,7 @@ struct Complication {
     int since = 0;                                             // frame of the attempt
     int relieved = -1;                // frame of the attempt at which it was taken back; -1 = it is set
     bool held_off = false;            // devices in it have kept it from narrowing as far as it was asked to
-    double come = 0;                  // share of it that has come, and has not gone yet [-]
+    double come = 0;                  // fraction of it that has come, and has not gone yet [-]
     std::vector<double> closed = {};  // the same at each place along it, as devices let it
 
     bool set() const { return relieved < 0; }

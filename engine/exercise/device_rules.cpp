@@ -10,24 +10,26 @@
 namespace exercise {
 
 std::string missing_device(const script::Command& command, const scenario::Scenario& scenario) {
-    using script::Held;
+    using script::DeviceRole;
     if (std::holds_alternative<script::Grip>(command) &&
         scenario.relaxer.kind != physics::RelaxerKind::Global)
         return fmt::format("'{}' asks for the shaft outside, which only the relaxer \"global\" knows",
                            script::to_text(command));
     // Without a device around the wire there is nothing to take it out of.
     const bool alone = scenario.devices.size() == 1;
-    Held asked = Held::Wire;
-    const auto of = [&](Held held) { asked = held == Held::All && alone ? Held::Catheter : held; };
+    DeviceRole asked = DeviceRole::Wire;
+    const auto of = [&](DeviceRole held) {
+        asked = held == DeviceRole::All && alone ? DeviceRole::Catheter : held;
+    };
     if (const auto* c = std::get_if<script::Advance>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Withdraw>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Rotate>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Grip>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Pin>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Inject>(&command); c && c->through_device()) of(c->through);
-    if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? Held::Catheter : c->held);
-    if (std::holds_alternative<script::Exchange>(command) && alone) of(Held::Catheter);
-    if (asked == Held::All || scenario.index_of(asked)) return "";
+    if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? DeviceRole::Catheter : c->held);
+    if (std::holds_alternative<script::Exchange>(command) && alone) of(DeviceRole::Catheter);
+    if (asked == DeviceRole::All || scenario.index_of(asked)) return "";
     const std::string_view name = script::name_of(asked);
     return fmt::format("'{}' asks for a {}, and the scenario has none; expected a section [{}]",
                        script::to_text(command), name, name);
@@ -67,9 +69,10 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
             continue;
         }
         if (const auto* push = std::get_if<script::Advance>(&command);
-            push && push->held == script::Held::Wire && push->length > 0)
+            push && push->held == script::DeviceRole::Wire && push->length > 0)
             wire_is_out = false;
-        if (const auto* out = std::get_if<script::Remove>(&command); out && out->held == script::Held::Wire)
+        if (const auto* out = std::get_if<script::Remove>(&command);
+            out && out->held == script::DeviceRole::Wire)
             wire_is_out = true;
         if (const auto* exchange = std::get_if<script::Exchange>(&command)) {
             try {

@@ -54,14 +54,14 @@ Ahead tissue_ahead(const std::string& organ) {
 
 /// A straight vessel whose contrast fades to nothing; calls add(part of the length) for each piece.
 template <class Add>
-void fade_out(const Vec3& from, const Vec3& way, double length, double radius, double clear,
+void fade_out(const Vec3& from, const Vec3& direction, double length, double radius, double clear,
               std::vector<render::VesselPiece>& pieces, Add add) {
     constexpr int count = 40;
     for (int k = 0; k < count; ++k) {
         const double part = (k + 0.5) / count;
         const double past = std::max(0.0, part - clear) / (1 - clear);
         const double fill = 0.5 + 0.5 * std::cos(std::numbers::pi * past);
-        pieces.push_back({from + k * length / count * way, from + (k + 1) * length / count * way,
+        pieces.push_back({from + k * length / count * direction, from + (k + 1) * length / count * direction,
                           static_cast<float>(radius * (1 - 0.15 * part)), static_cast<float>(fill), 0});
         add(part);
     }
@@ -123,8 +123,8 @@ private:
         const double part = last ? 1 : random_.between(0.3, 0.55);
         const Vec3 to = from + part * to_middle;
         const double length = (to - from).norm();
-        Vec3 way = length > 1e-6 ? Vec3((to - from) / length) : heading;
-        const Vec3 end_heading = draw(from, heading, to, way, radius, time);
+        Vec3 direction = length > 1e-6 ? Vec3((to - from) / length) : heading;
+        const Vec3 end_heading = draw(from, heading, to, direction, radius, time);
         // Resting velocity is proportional to radius in Murray's trees.
         const double later = time + length / radius;
         if (last) return;
@@ -132,16 +132,16 @@ private:
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
         for (const Vec3* p : points) {
             const Vec3 off = *p - middle;
-            const Vec3 across = off - off.dot(way) * way;
+            const Vec3 across = off - off.dot(direction) * direction;
             spread += across * across.transpose();
         }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
         const Vec3 widest = axes.eigenvectors().col(2);
         std::sort(points.begin(), points.end(),
                   [&](const Vec3* a, const Vec3* b) { return a->dot(widest) < b->dot(widest); });
-        const double share = random_() < 0.5 ? random_.between(0.2, 0.5) : random_.between(0.5, 0.8);
+        const double fraction = random_() < 0.5 ? random_.between(0.2, 0.5) : random_.between(0.5, 0.8);
         const auto cut = std::clamp<std::size_t>(
-            static_cast<std::size_t>(share * static_cast<double>(points.size())), 1, points.size() - 1);
+            static_cast<std::size_t>(fraction * static_cast<double>(points.size())), 1, points.size() - 1);
         std::vector<Vec3*> left(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(cut)),
             right(points.begin() + static_cast<std::ptrdiff_t>(cut), points.end());
         points.clear();
@@ -151,14 +151,15 @@ private:
     }
 
     /// A cubic from one heading to the next, in straight pieces; returns the heading at its end.
-    Vec3 draw(const Vec3& from, const Vec3& heading, const Vec3& to, const Vec3& way, double radius,
+    Vec3 draw(const Vec3& from, const Vec3& heading, const Vec3& to, const Vec3& direction, double radius,
               double time) {
         const double length = (to - from).norm();
         if (length < 1e-3) return heading;
         const Vec3 wobble = 0.15 * in_unit_ball(random_);
         // A vessel that sets out backwards would loop.
-        const double kept = std::clamp(0.5 * heading.dot(way) + 0.2, 0.0, 0.5);
-        const Vec3 out = (kept * heading + (1 - kept) * way).normalized(), in = (way + wobble).normalized();
+        const double kept = std::clamp(0.5 * heading.dot(direction) + 0.2, 0.0, 0.5);
+        const Vec3 out = (kept * heading + (1 - kept) * direction).normalized(),
+                   in = (direction + wobble).normalized();
         const int count =
             std::clamp(static_cast<int>(std::ceil(length / std::min(longest_piece, 4 * radius))), 2, 12);
         Vec3 at = from;
@@ -248,8 +249,8 @@ std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy& anatomy, c
             Eigen::AlignedBox3d box;
             for (const Vec3& v : layers[layer].mesh.vertices) box.extend(v);
             if (box.exteriorDistance(outlets[k].place) > organ_reach) continue;
-            const double share = geometry::signed_volume(layers[layer].mesh) / volume;
-            suppliers[layer].push_back({k, std::ceil(share * terminals_of(outlets[k].radius)), 0});
+            const double fraction = geometry::signed_volume(layers[layer].mesh) / volume;
+            suppliers[layer].push_back({k, std::ceil(fraction * terminals_of(outlets[k].radius)), 0});
         }
     }
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {

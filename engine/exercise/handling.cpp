@@ -12,7 +12,7 @@
 namespace exercise {
 namespace {
 
-constexpr double tip_follows = 0.1;  // share of the feed by which a tip that is not stuck moves on [-]
+constexpr double tip_follows = 0.1;  // fraction of the feed by which a tip that is not stuck moves on [-]
 constexpr int pulses_of_a_map = 2;   // the mask and one with contrast
 
 bool moves(const StepReport& report) {
@@ -47,7 +47,7 @@ void Handling::begin(const Simulation& simulation) {
     open_ = {};
     idle_since_.reset();
     was_at_target_ = false;
-    injects_through_ = script::Held::All;
+    injects_through_ = script::DeviceRole::All;
     against_stop_ = 0;
     devices_ = std::move(devices);
     mapped_.reset();
@@ -100,7 +100,7 @@ void Handling::note_injuries(const Frame& frame) {
 }
 
 /// What has been fed in vain so far, if the hand feeds on in this frame; else 0 [mm].
-double Handling::stuck(Feed& feed, script::Held held, const Simulation& simulation) const {
+double Handling::stuck(Feed& feed, script::DeviceRole held, const Simulation& simulation) const {
     // What has bowed the shaft outside has been fed in vain, too.
     const double inserted = simulation.inserted(held) + simulation.hand(held).bow,
                  change = inserted - feed.inserted;
@@ -168,18 +168,18 @@ void Handling::observe(const Frame& frame) {
     note(HandlingError::HardPress, frame, force > limits_.force, force);
     note_injuries(frame);
 
-    const double way = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
-    was_at_target_ = was_at_target_ || (way <= radius && moving);
-    const bool lost = was_at_target_ && way > limits_.lost * radius;
-    note(HandlingError::TargetLost, frame, lost, way);
+    const double distance = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
+    was_at_target_ = was_at_target_ || (distance <= radius && moving);
+    const bool lost = was_at_target_ && distance > limits_.lost * radius;
+    note(HandlingError::TargetLost, frame, lost, distance);
     if (lost) was_at_target_ = false;
 
     for (const script::Command& command : frame.commands)
         if (const auto* inject = std::get_if<script::Inject>(&command))
-            injects_through_ = inject->through_device() ? inject->through : script::Held::All;
-    if (!simulation.contrast().injecting()) injects_through_ = script::Held::All;
+            injects_through_ = inject->through_device() ? inject->through : script::DeviceRole::All;
+    if (!simulation.contrast().injecting()) injects_through_ = script::DeviceRole::All;
     const double against =
-        injects_through_ == script::Held::All ? 0 : end_on_wall(simulation, injects_through_).force;
+        injects_through_ == script::DeviceRole::All ? 0 : end_on_wall(simulation, injects_through_).force;
     note(HandlingError::InjectionAtWall, frame, against > limits_.tip_force, against);
 }
 

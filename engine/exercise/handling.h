@@ -82,7 +82,7 @@ struct HandlingErrorLimits {
 
 /// Of an injury, whose place is that of the wall.
 struct InjuredWall {
-    script::Held device = script::Held::Wire;
+    script::DeviceRole device = script::DeviceRole::Wire;
     double along = 0;      // from the branch's start along its centreline [mm]
     double threshold = 0;  // end-on force that the wall bears [N]
     std::string source;    // of the threshold
@@ -142,7 +142,7 @@ private:
     void note(HandlingError, const Frame&, bool now, std::optional<double> amount = {},
               std::optional<int> since = {});
     void note_injuries(const Frame&);
-    double stuck(Feed&, script::Held, const Simulation&) const;
+    double stuck(Feed&, script::DeviceRole, const Simulation&) const;
     void follow_roadmap(const Frame&);
 
     HandlingErrorLimits limits_;
@@ -152,10 +152,10 @@ private:
     std::vector<Feed> devices_;
     double against_stop_ = 0;  // asked for since the stop was met [mm]
     bool was_at_target_ = false;
-    script::Held injects_through_ = script::Held::All;  // All = no device
-    std::optional<render::CArm> mapped_;                // the view of the last pulse
-    int map_ = 0;                                       // pulses of DSA in that view since the mask
-    int injuries_ = 0, open_injury_ = 0;                // seen so far; 1 + index of the last one's mark
+    script::DeviceRole injects_through_ = script::DeviceRole::All;  // All = no device
+    std::optional<render::CArm> mapped_;                            // the view of the last pulse
+    int map_ = 0;                         // pulses of DSA in that view since the mask
+    int injuries_ = 0, open_injury_ = 0;  // seen so far; 1 + index of the last one's mark
 };
 
 }  // namespace exercise

@@ -31,9 +31,9 @@ void move_with(const scenario::VesselMotion& motion, const anatomy::Anatomy& ana
         low = std::min(low, p.z());
         high = std::max(high, p.z());
     }
-    const double share = render::breathing_share(0.5 * (low + high) - origin.z()),
+    const double fraction = render::breathing_fraction(0.5 * (low + high) - origin.z()),
                  reach = motion.breathing_reach.norm();
-    const double breath = reach == 0 ? 0 : share < 0.2 ? quiet : std::min(deepest, reach / share);
+    const double breath = reach == 0 ? 0 : fraction < 0.2 ? quiet : std::min(deepest, reach / fraction);
     render::move_organs(layers, origin, breath, motion.heart_reach.isZero() ? 0 : border);
 }
 
@@ -116,7 +116,7 @@ double BlushingOrgan::iodine(std::span<const blood::Blush> blush) const {
         const double there = part == Part::Whole   ? behind.iodine
                              : part == Part::Inner ? behind.inner
                                                    : behind.iodine - behind.inner;
-        sum += shares[k] * there;
+        sum += fractions[k] * there;
     }
     return sum;
 }
@@ -170,7 +170,7 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
     const auto volume_of = [&](int layer) {
         return geometry::signed_volume(layers[layer].mesh) / cubic_mm_per_ml;
     };
-    const auto supply = [&](int layer, Part part, int outlet, double share) {
+    const auto supply = [&](int layer, Part part, int outlet, double fraction) {
         auto known = std::find_if(organs.begin(), organs.end(), [&](const BlushingOrgan& organ) {
             return organ.layer == layer && organ.part == part;
         });
@@ -179,7 +179,7 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
             known = organs.end() - 1;
         }
         known->outlets.push_back(outlet);
-        known->shares.push_back(share);
+        known->fractions.push_back(fraction);
     };
     for (std::size_t k = 0; k < outlets.size(); ++k) {
         const std::vector<int> supplied = supplied_layers(layers, outlets[k]);
@@ -190,12 +190,12 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
                       // A body lists an organ before its parts: one of a later body has none here.
                 outer = layer_named(layers, layers[layer].name + " cortex", layer),
                       inner = layer_named(layers, layers[layer].name + " medulla", layer);
-            const double share = supplied.size() == 1 ? 1.0 : volume_of(layer) / volume;
+            const double fraction = supplied.size() == 1 ? 1.0 : volume_of(layer) / volume;
             if (outer >= 0 && inner >= 0) {
-                supply(outer, Part::Outer, outlet, share);
-                supply(inner, Part::Inner, outlet, share);
+                supply(outer, Part::Outer, outlet, fraction);
+                supply(inner, Part::Inner, outlet, fraction);
             } else {
-                supply(layer, Part::Whole, outlet, share);
+                supply(layer, Part::Whole, outlet, fraction);
             }
         }
     }
@@ -246,12 +246,12 @@ geometry::Vec3 beside_vessel(const blood::BloodFlow& blood, const blood::Hole& h
 }  // namespace
 
 std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const blood::Hole& hole) {
-    constexpr double share_of_tissue = 0.5;  // of a place, that blood takes in it (estimate) [-]
-    constexpr double at_hole = 0.05;         // of the iodine, in the jet (estimate) [-]
-    constexpr int lobes = 20, tracks = 4;    // the latter along the vessel
+    constexpr double fraction_of_tissue = 0.5;  // of a place, that blood takes in it (estimate) [-]
+    constexpr double at_hole = 0.05;            // of the iodine, in the jet (estimate) [-]
+    constexpr int lobes = 20, tracks = 4;       // the latter along the vessel
     if (!(hole.iodine > 0)) return {};
-    const double pool =
-                     std::cbrt(3 * cubic_mm_per_ml * hole.blood / (4 * std::numbers::pi * share_of_tissue)),
+    const double pool = std::cbrt(3 * cubic_mm_per_ml * hole.blood /
+                                  (4 * std::numbers::pi * fraction_of_tissue)),
                  radius = std::max(pool, hole.diameter);
     const geometry::Vec3 u = beside_vessel(blood, hole), v = hole.outward.cross(u);
     std::vector<render::IodineCloud> clouds;

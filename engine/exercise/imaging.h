@@ -21,11 +21,11 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const 
 /// An organ, or a part of one, that is drawn and that contrast reaches.
 struct BlushingOrgan {
     enum class Part { Whole, Outer, Inner };
-    int layer = 0;               // index in the fluoroscope
-    double volume = 0;           // [ml]
-    std::vector<int> outlets;    // of the blood, those that supply it
-    std::vector<double> shares;  // of each outlet's iodine, what goes here [-]
-    Part part = Part::Whole;     // which part of that iodine: Inner is blood::Blush::inner
+    int layer = 0;                  // index in the fluoroscope
+    double volume = 0;              // [ml]
+    std::vector<int> outlets;       // of the blood, those that supply it
+    std::vector<double> fractions;  // of each outlet's iodine, what goes here [-]
+    Part part = Part::Whole;        // which part of that iodine: Inner is blood::Blush::inner
 
     double iodine(std::span<const blood::Blush>) const;  // [mg]
 };

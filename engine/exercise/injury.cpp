@@ -45,7 +45,7 @@ const scenario::PlacedDevice& foremost(const Simulation& simulation) {
     return simulation.devices()[static_cast<std::size_t>(wire.outermost(wire.inserted_length()))];
 }
 
-EndOnWall end_on_wall(const Simulation& simulation, script::Held device) {
+EndOnWall end_on_wall(const Simulation& simulation, script::DeviceRole device) {
     const std::size_t joint = simulation.path_of(device).size();
     if (joint < 2 || joint > simulation.contacts().size()) return {};
     const physics::WallContact& contact = simulation.contacts()[joint - 1];

@@ -25,7 +25,7 @@ struct EndOnWall {
 /// The device whose end leads: the outermost where the chain of them ends.
 const scenario::PlacedDevice& foremost(const Simulation&);
 /// Of a device that need not be the outermost one there. 0 for one that is not inside.
-EndOnWall end_on_wall(const Simulation&, script::Held);
+EndOnWall end_on_wall(const Simulation&, script::DeviceRole);
 
 enum class InjuryKind {
     Dissection,  // the layers of the wall part under the end
@@ -45,7 +45,7 @@ WallStrength wall_strength(const scenario::InjurySpec&, double diameter, double 
 
 struct Injury {
     InjuryKind kind = InjuryKind::Dissection;
-    script::Held device = script::Held::Wire;
+    script::DeviceRole device = script::DeviceRole::Wire;
     int frame = 0;                                    // of the attempt
     geometry::Vec3 place = geometry::Vec3::Zero();    // in vessels that nothing moves [mm]
     geometry::Vec3 outward = geometry::Vec3::Zero();  // unit, out of the vessel

@@ -8,11 +8,12 @@
 namespace exercise {
 namespace {
 
-/// Share of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
+/// Fraction of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
 /// filter the rest. A roadmap's is stronger: the logarithm behind bone raises noise.
 constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f;
-/// Up to this share of the image is searched for the mask: at 300 mm of field more than a deep breath moves.
-constexpr double searched_share = 0.125;
+/// Up to this fraction of the image is searched for the mask: at 300 mm of field more than a deep breath
+/// moves.
+constexpr double searched_fraction = 0.125;
 constexpr double least_found = 0.05;   // shift that is made [pixels]
 constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those before it, too
 
@@ -90,9 +91,9 @@ render::Subtraction::Shift Monitor::mask_shift() const {
 }
 
 MaskShift Monitor::shift(const script::ShiftMask& asked) {
-    using Way = script::ShiftMask::Way;
+    using Mode = script::ShiftMask::Mode;
     MaskShift made;
-    made.automatic = asked.way == Way::Auto;
+    made.automatic = asked.mode == Mode::Auto;
     if (!shows_difference()) {
         made.outcome = MaskShift::Outcome::NoMask;
         return made;
@@ -100,19 +101,19 @@ MaskShift Monitor::shift(const script::ShiftMask& asked) {
     const Pulse& last = recent_.back().pulse;
     const bool roadmap = last.mode == script::ImagingMode::Roadmap;
     render::Subtraction::Shift to{asked.x, asked.y};
-    if (asked.way == Way::By) {
+    if (asked.mode == Mode::By) {
         to.x += subtraction_->shift().x;
         to.y += subtraction_->shift().y;
-    } else if (asked.way == Way::Auto) {
+    } else if (asked.mode == Mode::Auto) {
         const render::Registration found = subtraction_->registration_with(
             roadmap ? with_lag(1.0f) : signal(recent_.back()), fluoroscope_.measuring_field(last.arm),
-            searched_share * last.arm.pixels);
+            searched_fraction * last.arm.pixels);
         // Hundredths of a pixel are below what noise leaves; a few of them, below what interpolation blurs.
         to = {std::round(found.x * 100) / 100, std::round(found.y * 100) / 100};
         if (std::hypot(to.x, to.y) < least_found) to = {};
         if (!found.found) made.outcome = MaskShift::Outcome::NoMatch;
     }
-    const double most = script::largest_shift_share * last.arm.pixels;
+    const double most = script::largest_shift_fraction * last.arm.pixels;
     made.x = std::clamp(to.x, -most, most);
     made.y = std::clamp(to.y, -most, most);
     made.limited = made.x != to.x || made.y != to.y;

@@ -14,7 +14,7 @@ namespace exercise {
 
 /// A device in the beam.
 struct PulsedDevice {
-    script::Held role = script::Held::Wire;
+    script::DeviceRole role = script::DeviceRole::Wire;
     geometry::Polyline joints;  // empty where it is out [mm]
     render::WireLook look;
 

@@ -47,7 +47,7 @@ void Notices::watch_tip(const Frame& frame) {
     if (unseen && !unseen_.now && unseen_.episodes++ == 0) {
         unseen_.first = frame.time.index;
         unseen_.remedy = what_shows(table_to_show(simulation, simulation.tip()), simulation.tip());
-        const geometry::Polyline wire = simulation.path_of(script::Held::Wire);
+        const geometry::Polyline wire = simulation.path_of(script::DeviceRole::Wire);
         wire_was_out_ = !beam_was_on_ && std::none_of(wire.begin(), wire.end(), shows);
     }
     unseen_.frames += unseen;

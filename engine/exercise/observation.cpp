@@ -118,7 +118,7 @@ std::span<const Field> fields() {
 }
 
 Reader::Reader(const Simulation& simulation)
-    : ways_(std::make_shared<anatomy::VesselWays>(simulation.anatomy())) {
+    : paths_(std::make_shared<anatomy::VesselPaths>(simulation.anatomy())) {
     aim(simulation);
 }
 
@@ -126,11 +126,11 @@ void Reader::aim(const Simulation& simulation) {
     target_ = anatomy::nearest_place(simulation.anatomy(), simulation.target());
 }
 
-std::optional<double> Reader::way_from(const Simulation& simulation, const Vec3& place) const {
-    return ways_->between(anatomy::nearest_place(simulation.anatomy(), place), target_);
+std::optional<double> Reader::path_length_from(const Simulation& simulation, const Vec3& place) const {
+    return paths_->between(anatomy::nearest_place(simulation.anatomy(), place), target_);
 }
 
-Observation Reader::read(const Simulation& simulation, const FrameTime& time, script::Held held) const {
+Observation Reader::read(const Simulation& simulation, const FrameTime& time, script::DeviceRole held) const {
     const anatomy::Anatomy& anatomy = simulation.anatomy();
     const Simulation::Tip tip = simulation.tip_of(held);
     const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, tip.at);
@@ -142,7 +142,7 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
     r.time = time.seconds;
     r.device = held;
     for (std::size_t k = 0; k < simulation.devices().size(); ++k) {
-        const script::Held role = simulation.devices()[k].role;
+        const script::DeviceRole role = simulation.devices()[k].role;
         const Hand hand = simulation.hand(role);
         r.inserted.of[k] = simulation.inserted(role);
         r.turned.of[k] = hand.turned / geometry::degree;
@@ -154,7 +154,7 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
     r.direction = place_of(tip.along);
     r.branch = Branch{place.branch};
     r.along = anatomy::along(anatomy, place);
-    r.path_to_target = ways_->between(place, target_).value_or(absent);
+    r.path_to_target = paths_->between(place, target_).value_or(absent);
     read_contacts(simulation, r);
     r.end_force = end_on_wall(simulation, foremost(simulation).role).end_on;
     r.dissections = simulation.injuries().count(InjuryKind::Dissection);

@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "engine/anatomy/vessel_ways.h"
+#include "engine/anatomy/vessel_paths.h"
 #include "engine/exercise/frame.h"
 #include "physics/geometry/polyline.h"
 #include "physics/geometry/vec.h"
@@ -43,7 +43,7 @@ inline constexpr double absent = std::numeric_limits<double>::quiet_NaN();
 struct Observation {
     std::int64_t frame = -1, run_frame = -1;
     double time = 0;
-    script::Held device = script::Held::Wire;
+    script::DeviceRole device = script::DeviceRole::Wire;
     OfDevices inserted, turned;
     Place tip = {}, direction = {};
     Branch branch = Branch::None;
@@ -73,7 +73,7 @@ struct Field {
     std::string_view doc;
     std::variant<std::int64_t Observation::*, double Observation::*, bool Observation::*,
                  Place Observation::*, InImage Observation::*, OfDevices Observation::*,
-                 Branch Observation::*, script::Held Observation::*>
+                 Branch Observation::*, script::DeviceRole Observation::*>
         member;
 };
 /// In the order of a trace's columns. A field of all devices is the wire's; those of others have their name
@@ -90,12 +90,12 @@ public:
     /// that the exercise is about.
     Observation read(const Exercise&) const;
     /// Those of that device, without dose, and without what is known of the attempt alone.
-    Observation read(const Simulation&, const FrameTime&, script::Held) const;
+    Observation read(const Simulation&, const FrameTime&, script::DeviceRole) const;
     /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
-    std::optional<double> way_from(const Simulation&, const geometry::Vec3& place) const;
+    std::optional<double> path_length_from(const Simulation&, const geometry::Vec3& place) const;
 
 private:
-    std::shared_ptr<const anatomy::VesselWays> ways_;
+    std::shared_ptr<const anatomy::VesselPaths> paths_;
     anatomy::VesselPlace target_;
 };
 

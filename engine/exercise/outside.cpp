@@ -8,12 +8,12 @@
 namespace exercise {
 namespace {
 
-constexpr double seen = 0.05;        // a bow that is off by less is left alone [mm]
-constexpr double felt_share = 0.01;  // of the critical load
-constexpr double stiff = 0.02;       // share of a feed that bows no shaft
-constexpr double least_feed = 1e-3;  // that is made [mm]
-constexpr double stiffest = 1e3;     // answer of a chain [N/mm]
-constexpr double least_sag = 0.01;   // no shaft is straighter [mm]
+constexpr double seen = 0.05;           // a bow that is off by less is left alone [mm]
+constexpr double felt_fraction = 0.01;  // of the critical load
+constexpr double stiff = 0.02;          // fraction of a feed that bows no shaft
+constexpr double least_feed = 1e-3;     // that is made [mm]
+constexpr double stiffest = 1e3;        // answer of a chain [N/mm]
+constexpr double least_sag = 0.01;      // no shaft is straighter [mm]
 
 double weight(const scenario::Device& device) {                        // [N/mm]
     constexpr double gravity = 9.81, wire = 6.5e-6, polymer = 1.5e-6;  // [m/s²], [kg/mm³]
@@ -26,14 +26,14 @@ double weight(const scenario::Device& device) {                        // [N/mm]
 
 physics::OutsideShaft outside_shaft(std::span<const scenario::Device* const> devices, double distance) {
     assert(distance > 0 && !devices.empty());
-    const double share = scenario::free_shaft / distance;
+    const double fraction = scenario::free_shaft / distance;
     physics::OutsideShaft shaft;
     shaft.length = distance;
     shaft.critical = 0;
     double rigidity = 0, heavy = 0;
     for (const scenario::Device* device : devices) {
         const double stated = device->buckling_force, own = device->shaft_rigidity();
-        shaft.critical += stated > 0 ? stated * share * share : physics::euler_force(own, distance);
+        shaft.critical += stated > 0 ? stated * fraction * fraction : physics::euler_force(own, distance);
         rigidity += own;
         heavy += weight(*device);
     }
@@ -159,7 +159,7 @@ std::optional<Outside::Release> Outside::release(const physics::Chain& chain,
         if (!device.held || device.inserted <= 0 || !std::isfinite(load)) continue;
         if (is_within(k) && k != outermost()) continue;  // held at the outermost one's hub
         const double off = shaft.push_at(shaft.bow) - load;
-        const double over = std::abs(off) - felt - felt_share * shaft.critical;
+        const double over = std::abs(off) - felt - felt_fraction * shaft.critical;
         const double borne = std::min(load, shaft.push_at(shaft.most_bow()));
         const double excess = shaft.bow - shaft.bow_at(borne);
         if (over <= worst || std::abs(excess) <= seen) continue;

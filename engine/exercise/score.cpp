@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/anatomy/vessel_ways.h"
+#include "engine/anatomy/vessel_paths.h"
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/smoothness.h"
 
@@ -42,7 +42,7 @@ int Score::wrong_entries() const {
 void Score::state(geometry::StateStream& s) {
     s(scenario, completed, completed_after, completion_time, beam_on_time, pulses, runs, views, air_kerma,
       area_product, contrast, angiograms, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals,
-      rotation, idle_share, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
+      rotation, idle_fraction, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
       log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
       buckled_frames, tip_to_target, wrong_branches, handling_errors, duration, resets, frames, interrupted);
     s.unless_empty(set_by_teacher);
@@ -208,7 +208,7 @@ Score Scorer::score() const {
     }
     if (result.tip_path > 0) result.path_efficiency = std::min(1.0, shortest_ / result.tip_path);
     const auto active = static_cast<double>(speeds_.size());
-    if (active > 0) result.idle_share = 1 - moving_frames_ / active;
+    if (active > 0) result.idle_fraction = 1 - moving_frames_ / active;
     if (moving_frames_ > 0) result.mean_tip_speed = moving_path_ / (moving_frames_ * frame_time_);
     if (frames_ > 0) result.mean_wall_force = force_sum_ / frames_;
     result.wrong_branches = turns_.branches();

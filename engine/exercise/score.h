@@ -57,7 +57,7 @@ struct Score {
     double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
     int reversals = 0;                   // changes between advancing and withdrawing
     double rotation = 0;                 // Σ|angle| of the hub [rad]
-    double idle_share = 0;       // of the frames from the first motion to completion, without motion [-]
+    double idle_fraction = 0;    // of the frames from the first motion to completion, without motion [-]
     double tip_path = 0;         // distance travelled by the tip over the frames [mm]
     double path_efficiency = 0;  // distance from start to tip along the centreline / tip_path [-]
     double mean_tip_speed = 0;   // over the frames with motion, up to completion [mm/s]

@@ -99,7 +99,7 @@ void add_attempt(Json& json, const Score& s) {
     json["back_and_forth_ratio"] = s.back_and_forth_ratio;
     json["reversals"] = s.reversals;
     json["rotation_deg"] = s.rotation / geometry::degree;
-    json["idle_share"] = s.idle_share;
+    json["idle_share"] = s.idle_fraction;
     json["tip_path_mm"] = s.tip_path;
     json["path_efficiency"] = s.path_efficiency;
     json["mean_tip_speed_mm_per_s"] = s.mean_tip_speed;

@@ -182,7 +182,7 @@ public:
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
     const scenario::Breathing& breathing() const { return breathing_; }
-    double breath() const;  // share of the way to the end of a quiet inspiration [-]
+    double breath() const;  // fraction of the way to the end of a quiet inspiration [-]
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
@@ -201,29 +201,29 @@ public:
     double farthest_vessel_move() const;
 
     /// Length of a device inside, as shown; 0 for one that is not there [mm].
-    double inserted(script::Held = script::Held::Wire) const;
+    double inserted(script::DeviceRole = script::DeviceRole::Wire) const;
     /// Where the device ends, and the direction there.
     struct Tip {
         geometry::Vec3 at, along;
     };
-    Tip tip_of(script::Held) const;
+    Tip tip_of(script::DeviceRole) const;
     /// From the introducer to where the device ends; empty where it is not inside [mm].
-    geometry::Polyline path_of(script::Held) const;
+    geometry::Polyline path_of(script::DeviceRole) const;
     /// Of the device that the exercise is about.
     geometry::Vec3 tip() const;
     double tip_to_target() const { return (tip() - target_).norm(); }  // [mm]
     /// What the hand feels, and what came of the last frame: the one source of panel, trace, State and
     /// `serve`.
     const Readings& readings() const { return readings_; }
-    Hand hand(script::Held) const;  // all 0 for a device that is not there
+    Hand hand(script::DeviceRole) const;  // all 0 for a device that is not there
     /// Distance of the hand from the valve; empty for a device that is not there, and with the paper's
     /// relaxers, which know no shaft outside [mm].
-    std::optional<double> gripped_at(script::Held) const;
+    std::optional<double> gripped_at(script::DeviceRole) const;
     /// Push that the shaft of a device, of this place in the list, passes on: under a larger one it bows
     /// between hand and introducer [N]. Infinity with the paper's relaxers.
     double passes_on(int device = 0) const;
     /// Largest flow of contrast through a device, with what is in its lumen where it is [ml/s].
-    double largest_flow(script::Held = script::Held::Catheter) const;
+    double largest_flow(script::DeviceRole = script::DeviceRole::Catheter) const;
 
     /// Everything that later frames depend on: two simulations of one scenario with the same state never
     /// diverge.
@@ -254,7 +254,7 @@ private:
                                               std::vector<int>& stations);
     void make_relaxers();
     void lay(const geometry::Polyline&, const physics::Chain* before = nullptr);
-    int device_of(script::Held) const;
+    int device_of(script::DeviceRole) const;
     void inject_through(const script::Inject&);
     void exchange_wire(Motion&, StepReport&);
     bool stands_before_a_narrow_vessel(int device) const;
@@ -287,8 +287,8 @@ private:
     int look_for_injuries();
     // For a frame with a segment relaxer.
     void move_segments(StepReport&);
-    void feed_segments(Motion&, int share, StepReport&);
-    void turn(Motion&, int share, StepReport&);
+    void feed_segments(Motion&, int fraction, StepReport&);
+    void turn(Motion&, int fraction, StepReport&);
     void relax(int updates, StepReport&);
     physics::Chain& chain() { return hub_ ? moving_ : wire_; }
     const physics::Chain& chain() const { return hub_ ? moving_ : wire_; }

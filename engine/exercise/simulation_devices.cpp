@@ -24,24 +24,24 @@ constexpr int most_drags = 8;
 
 }  // namespace
 
-double Simulation::inserted(script::Held held) const {
+double Simulation::inserted(script::DeviceRole held) const {
     const std::optional<int> device = scenario_.index_of(held);
     return device ? wire_.devices[*device].inserted : 0;
 }
 
-Hand Simulation::hand(script::Held held) const {
+Hand Simulation::hand(script::DeviceRole held) const {
     const std::optional<int> device = scenario_.index_of(held);
     return device ? readings_.hands[*device] : Hand();
 }
 
-std::optional<double> Simulation::gripped_at(script::Held held) const {
+std::optional<double> Simulation::gripped_at(script::DeviceRole held) const {
     const std::optional<int> device = scenario_.index_of(held);
     if (!device || !hub_) return std::nullopt;
     return outside_.shaft(*device).length;
 }
 
-geometry::Polyline Simulation::path_of(script::Held held) const {
-    if (held == script::Held::Wire && devices_.size() == 1) return wire_.joints;
+geometry::Polyline Simulation::path_of(script::DeviceRole held) const {
+    if (held == script::DeviceRole::Wire && devices_.size() == 1) return wire_.joints;
     double left = inserted(held);
     geometry::Polyline path;
     if (left <= 0) return path;
@@ -52,7 +52,7 @@ geometry::Polyline Simulation::path_of(script::Held held) const {
     return path;
 }
 
-Simulation::Tip Simulation::tip_of(script::Held held) const {
+Simulation::Tip Simulation::tip_of(script::DeviceRole held) const {
     const geometry::Polyline path = path_of(held);
     if (path.empty()) return {wire_.joints[0], wire_.tangents[0]};
     return {path.back(), wire_.tangents[path.size() - 1]};
@@ -122,7 +122,7 @@ void Simulation::place_devices() {
     for (const int device : pinned_otherwise_) devices_[device].pinned = !devices_[device].pinned;
 }
 
-double Simulation::largest_flow(script::Held held) const {
+double Simulation::largest_flow(script::DeviceRole held) const {
     const std::optional<int> device = scenario_.index_of(held);
     const double in = inserted(held);
     if (!device || *device == 0 || in <= 0) return 0;
@@ -134,9 +134,9 @@ double Simulation::largest_flow(script::Held held) const {
                                   inside <= 0 ? 0 : outside + std::min(inside, in));
 }
 
-int Simulation::device_of(script::Held held) const {
-    return devices_.size() == 1 || held == script::Held::All ? physics::every_device
-                                                             : *scenario_.index_of(held);
+int Simulation::device_of(script::DeviceRole held) const {
+    return devices_.size() == 1 || held == script::DeviceRole::All ? physics::every_device
+                                                                   : *scenario_.index_of(held);
 }
 
 void Simulation::inject_through(const script::Inject& command) {

@@ -41,8 +41,8 @@ scenario::VesselGive Simulation::pushed_now() const {
     scenario::VesselGive found;
     if (!foundation) return found;
     const auto contacts = hub_->contacts();
-    const auto find = [&](const Vec3& way, int station) {
-        if (way.norm() > found.most) found = {way.norm(), reach_->name_of(station)};
+    const auto find = [&](const Vec3& by, int station) {
+        if (by.norm() > found.most) found = {by.norm(), reach_->name_of(station)};
     };
     std::vector<physics::Foundation::Load> loads;
     for (std::size_t j = 1; j < contacts.size(); ++j) {
@@ -96,14 +96,14 @@ bool Simulation::renew_vessels(std::string* said) {
 /// leave of the lumen with a part of the frame's work, they stay as they were, and the chain goes back to its
 /// last rest, which is to be settled: true. The next frame tries again. What was relieved goes in any case.
 bool Simulation::change_vessels(StepReport& report) {
-    constexpr int share = 4;  // of the frame's work
+    constexpr int fraction = 4;  // of the frame's work
     if (!complications_.in_vessels()) return false;
     Complications before = complications_;
     if (!complications_.step(1 / scenario_.frame_rate, moving_)) return false;
     if (moving_.grips.empty()) physics::start_grips(moving_, true);
     take_up_complications();
     hub_->wall_has_changed();
-    account(hub_->settle(moving_, frame_updates() / share), report);
+    account(hub_->settle(moving_, frame_updates() / fraction), report);
     if (going(complications_) || (!hub_->working() && !is_lost())) return false;
     complications_ = std::move(before);
     take_up_complications();
@@ -155,7 +155,7 @@ const std::vector<render::VertexMove>& Simulation::narrowed_lumen() const {
     tubes.narrow(seen.narrowings());
     const std::vector<Vec3>& vertices = anatomy_->lumen.vertices;
     for (std::size_t v = 0; v < vertices.size(); ++v)
-        if (const Vec3 by = tubes.way_in(vertices[v]); !by.isZero(0))
+        if (const Vec3 by = tubes.inward(vertices[v]); !by.isZero(0))
             narrowed_lumen_.push_back({static_cast<std::uint32_t>(v), by.cast<float>()});
     return narrowed_lumen_;
 }

@@ -26,17 +26,17 @@ std::optional<double> spectral_arc_length(std::span<const double> speed, double 
     fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
     fft.fwd(spectrum, padded);
 
-    std::vector<double> share(spectrum.size());
-    for (std::size_t k = 0; k < share.size(); ++k) share[k] = std::abs(spectrum[k]);
-    const double greatest = *std::max_element(share.begin(), share.end());
+    std::vector<double> fraction(spectrum.size());
+    for (std::size_t k = 0; k < fraction.size(); ++k) fraction[k] = std::abs(spectrum[k]);
+    const double greatest = *std::max_element(fraction.begin(), fraction.end());
     if (!(greatest > 0)) return {};
-    for (double& value : share) value /= greatest;
+    for (double& value : fraction) value /= greatest;
     const double step = rate / static_cast<double>(length);
     const auto within = static_cast<std::size_t>(highest_frequency / step);
-    if (share.size() > within + 1) share.resize(within + 1);
+    if (fraction.size() > within + 1) fraction.resize(within + 1);
     const auto counts = [](double value) { return value >= least_amplitude; };
-    const auto first = std::find_if(share.begin(), share.end(), counts);
-    const auto last = std::find_if(share.rbegin(), share.rend(), counts).base();  // one past it
+    const auto first = std::find_if(fraction.begin(), fraction.end(), counts);
+    const auto last = std::find_if(fraction.rbegin(), fraction.rend(), counts).base();  // one past it
     if (last - first < 2) return 0.0;
     const double band = 1.0 / static_cast<double>(last - first - 1);
     double arc = 0;

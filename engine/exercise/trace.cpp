@@ -21,7 +21,7 @@ struct Cells {
     }
     void operator()(const OfDevices& value) const { cells.emplace_back(value.of[device]); }
     void operator()(Branch branch) const { cells.emplace_back(name_of(branch, anatomy)); }
-    void operator()(script::Held held) const { cells.emplace_back(std::string(script::name_of(held))); }
+    void operator()(script::DeviceRole held) const { cells.emplace_back(std::string(script::name_of(held))); }
 };
 
 }  // namespace

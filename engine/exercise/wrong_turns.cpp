@@ -13,10 +13,10 @@ constexpr double clearly_outside = 1;  // of the right branches [mm]
 WrongTurns::WrongTurns(const anatomy::Anatomy& anatomy, const geometry::Vec3& start,
                        const geometry::Vec3& target) {
     const auto to_the_root = [&](const geometry::Vec3& from) {
-        std::vector<int> way;
+        std::vector<int> path;
         for (int b = anatomy::nearest_place(anatomy, from).branch; b >= 0; b = anatomy.branches[b].parent)
-            way.push_back(b);
-        return way;
+            path.push_back(b);
+        return path;
     };
     std::vector<int> there = to_the_root(start), back = to_the_root(target);
     // What both have in common beyond the fork is on neither's way.
@@ -26,8 +26,8 @@ WrongTurns::WrongTurns(const anatomy::Anatomy& anatomy, const geometry::Vec3& st
         back.pop_back();
     }
     right_.assign(anatomy.branches.size(), false);
-    for (const auto* way : {&there, &back})
-        for (const int b : *way) right_[b] = true;
+    for (const auto* path : {&there, &back})
+        for (const int b : *path) right_[b] = true;
 }
 
 void WrongTurns::observe(const anatomy::Anatomy& anatomy, const geometry::Vec3& tip, double seconds) {

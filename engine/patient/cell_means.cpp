@@ -26,11 +26,11 @@ public:
 
     /// For `lines` neighbouring lines; from a sample to the next it is `stride`.
     void solve(float* values, std::size_t lines, std::size_t stride) const {
-        constexpr auto share = static_cast<float>(beside);
+        constexpr auto fraction = static_cast<float>(beside);
         for (std::size_t i = 0; i < inverse_.size(); ++i) {
             float* at = values + i * stride;
             for (std::size_t line = 0; line < lines; ++line) {
-                const float before = i == 0 ? 0.0f : share * (at - stride)[line];
+                const float before = i == 0 ? 0.0f : fraction * (at - stride)[line];
                 at[line] = (at[line] - before) * inverse_[i];
             }
         }

@@ -91,8 +91,8 @@ void spread(Cells& cells, char value, const Cells* within = nullptr) {
         {}, 2);
 }
 
-/// Leaves the pieces that hang together across faces and are at least `share` as large as the largest.
-void keep_large_pieces(Cells& cells, double share) {
+/// Leaves the pieces that hang together across faces and are at least `fraction` as large as the largest.
+void keep_large_pieces(Cells& cells, double fraction) {
     std::vector<int> piece(cells.set.size(), 0);
     std::vector<std::size_t> sizes{0}, waiting;
     const std::size_t row = cells.size[0], layer = row * cells.size[1];
@@ -115,7 +115,7 @@ void keep_large_pieces(Cells& cells, double share) {
         }
         sizes.push_back(count);
     }
-    const double least = share * static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
+    const double least = fraction * static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
     for (std::size_t c = 0; c < cells.set.size(); ++c)
         cells.set[c] =
             piece[c] != 0 && static_cast<double>(sizes[static_cast<std::size_t>(piece[c])]) >= least;
@@ -274,12 +274,12 @@ void replace_contrast(CtImage& ct, const geometry::TriangleMesh& lumen) {
     constexpr float whole = 0.999f;
     const int nx = ct.grid.size[0], ny = ct.grid.size[1];
     Excess excess(ct, blood);
-    std::vector<float> shares;
+    std::vector<float> fractions;
     for (int k = coverage.first_layer(); k < coverage.end_layer(); ++k) {
-        coverage.layer(k, shares);
+        coverage.layer(k, fractions);
         for (int j = 0; j < ny; ++j)
             for (int i = 0; i < nx; ++i)
-                if (shares[static_cast<std::size_t>(j) * nx + i] > whole)
+                if (fractions[static_cast<std::size_t>(j) * nx + i] > whole)
                     excess.add(i, j, k, ct.hu[ct.grid.index(i, j, k)]);
     }
     excess.finish();

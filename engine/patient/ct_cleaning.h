@@ -13,8 +13,8 @@ namespace patient {
 std::size_t remove_surroundings(CtImage&, const std::filesystem::path& file);
 
 /// Makes the contrast in a lumen blood: a voxel within becomes blood, one on its wall loses the contrast's
-/// part. That part is the share of the lumen in the 3 × 3 × 3 voxels about it, doubled, up to 1: all of it up
-/// to the wall, none from one and a half voxels beyond it, which is about the blur of a scanner. What is
+/// part. That part is the fraction of the lumen in the 3 × 3 × 3 voxels about it, doubled, up to 1: all of it
+/// up to the wall, none from one and a half voxels beyond it, which is about the blur of a scanner. What is
 /// removed there is the mean excess over blood within the lumen nearby; no voxel falls below blood, so that
 /// bone beside a vessel stays. `lumen` is closed [mm].
 void replace_contrast(CtImage&, const geometry::TriangleMesh& lumen);

@@ -16,12 +16,12 @@ double hounsfield(render::Material);
 /// The same of any attenuation at that energy [1/mm].
 double hounsfield(double attenuation);
 
-/// Shares of the project's materials in air by Hounsfield units, which reproduce them at `ct_energy`. Between
-/// air, lung, adipose, soft tissue and cortical bone each HU is a mixture of its two neighbours, as in the
-/// interpolation of W. Schneider, T. Bortfeld and W. Schlegel, Phys. Med. Biol. 45:459–478 (2000); above
-/// cortical bone its density grows. Trabecular bone is a mixture of cortical bone and soft tissue already.
-/// The lines go on beyond what scanners state, below air as negative shares: samples beside an edge may go
-/// beyond it, see interpolate_means.
+/// Fractions of the project's materials in air by Hounsfield units, which reproduce them at `ct_energy`.
+/// Between air, lung, adipose, soft tissue and cortical bone each HU is a mixture of its two neighbours, as
+/// in the interpolation of W. Schneider, T. Bortfeld and W. Schlegel, Phys. Med. Biol. 45:459–478 (2000);
+/// above cortical bone its density grows. Trabecular bone is a mixture of cortical bone and soft tissue
+/// already. The lines go on beyond what scanners state, below air as negative fractions: samples beside an
+/// edge may go beyond it, see interpolate_means.
 std::vector<render::VolumePart> materials_of_hounsfield();
 
 }  // namespace patient

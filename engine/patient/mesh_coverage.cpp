@@ -65,9 +65,9 @@ Vec3 cut(const Vec3& a, const Vec3& b, double z) {
 
 }  // namespace
 
-void MeshCoverage::layer(int k, std::vector<float>& shares) const {
+void MeshCoverage::layer(int k, std::vector<float>& fractions) const {
     const int nx = size_[0], ny = size_[1];
-    shares.assign(static_cast<std::size_t>(nx) * ny, 0.0f);
+    fractions.assign(static_cast<std::size_t>(nx) * ny, 0.0f);
     if (k < first_ || k >= end_layer()) return;
     const float weight = 1.0f / static_cast<float>(lines_ * lines_);
     // Each crossing of a line changes all voxels behind it: changes first, their sums after.
@@ -96,7 +96,7 @@ void MeshCoverage::layer(int k, std::vector<float>& shares) const {
             for (int m = line_from(low); m < line_from(high); ++m) {
                 const double y = (m + 0.5) / lines_ - 0.5;
                 const double x = up.x() + (y - up.y()) * per_y;
-                float* row = shares.data() + static_cast<std::size_t>(m / lines_) * nx;
+                float* row = fractions.data() + static_cast<std::size_t>(m / lines_) * nx;
                 if (x <= -0.5) {
                     row[0] += sign;
                     continue;
@@ -110,7 +110,7 @@ void MeshCoverage::layer(int k, std::vector<float>& shares) const {
         }
     }
     for (int j = window_.first_row; j < window_.end_row; ++j) {
-        float* row = shares.data() + static_cast<std::size_t>(j) * nx;
+        float* row = fractions.data() + static_cast<std::size_t>(j) * nx;
         for (int i = window_.first_column + 1; i < window_.end_column; ++i) row[i] += row[i - 1];
         // Behind the mesh only rounding is left.
         std::fill(row + window_.end_column, row + nx, 0.0f);

@@ -1,5 +1,5 @@
 #pragma once
-/// Which share of each voxel a closed mesh fills.
+/// Which fraction of each voxel a closed mesh fills.
 
 #include <array>
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace patient {
 
-/// Shares by lines along the grid's first axis, `lines` × `lines` of them through each voxel; along a line
-/// the share is exact. Where the mesh encloses a place twice, it counts twice, as in path lengths.
+/// Fractions by lines along the grid's first axis, `lines` × `lines` of them through each voxel; along a line
+/// the fraction is exact. Where the mesh encloses a place twice, it counts twice, as in path lengths.
 class MeshCoverage {
 public:
     /// The mesh is closed, its corners finite, its triangles counter-clockwise from outside.
@@ -23,8 +23,8 @@ public:
         int first_column = 0, end_column = 0, first_row = 0, end_row = 0;
     };
     const Window& window() const { return window_; }
-    /// Shares of the layer's voxels, first axis fastest; `shares` becomes size[0]·size[1] long.
-    void layer(int k, std::vector<float>& shares) const;
+    /// Fractions of the layer's voxels, first axis fastest; `fractions` becomes size[0]·size[1] long.
+    void layer(int k, std::vector<float>& fractions) const;
 
 private:
     std::array<int, 3> size_;

@@ -39,15 +39,15 @@ CtImage voxelised(std::span<const render::TissueLayer> layers, const render::Vol
     geometry::parallel_for(
         grid.size[2], static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u)),
         [&](int k) {
-            std::vector<float> sum(in_layer, static_cast<float>(air)), shares;  // [1/mm]
+            std::vector<float> sum(in_layer, static_cast<float>(air)), fractions;  // [1/mm]
             for (const auto& [coverage, change] : parts) {
                 if (k < coverage.first_layer() || k >= coverage.end_layer()) continue;
-                coverage.layer(k, shares);
+                coverage.layer(k, fractions);
                 const MeshCoverage::Window& window = coverage.window();
                 for (int j = window.first_row; j < window.end_row; ++j) {
                     const std::size_t row = static_cast<std::size_t>(j) * grid.size[0];
                     for (std::size_t i = row + window.first_column; i < row + window.end_column; ++i)
-                        sum[i] += change * shares[i];
+                        sum[i] += change * fractions[i];
                 }
             }
             std::int16_t* to = ct.hu.data() + in_layer * static_cast<std::size_t>(k);

@@ -5,7 +5,7 @@
 
 namespace room {
 
-using script::Held;
+using script::DeviceRole;
 
 Grasp::Grasp(const exercise::Simulation& simulation) {
     for (const scenario::PlacedDevice& device : simulation.devices()) {
@@ -17,27 +17,27 @@ Grasp::Grasp(const exercise::Simulation& simulation) {
 }
 
 bool Grasp::has(Side side, std::size_t device) const {
-    const std::optional<Held> held = in(side);
-    return held && (*held == Held::All || *held == roles_[device]);
+    const std::optional<DeviceRole> held = in(side);
+    return held && (*held == DeviceRole::All || *held == roles_[device]);
 }
 
 void Grasp::take_next(Side side) {
     if (roles_.size() == 1) return;
     const Side other = side == Side::Right ? Side::Left : Side::Right;
-    const std::optional<Held> had = in(side);
-    std::optional<Held> next = Held::All;
+    const std::optional<DeviceRole> had = in(side);
+    std::optional<DeviceRole> next = DeviceRole::All;
     if (!had) {
         std::size_t k = 0;
         while (k + 1 < roles_.size() && has(other, k)) ++k;
         next = roles_[has(other, k) ? 0 : k];
-    } else if (*had == Held::All) {
+    } else if (*had == DeviceRole::All) {
         next.reset();
     } else if (*had != roles_.back()) {
         next = *(std::find(roles_.begin(), roles_.end(), *had) + 1);
     }
     if (next && in(other) == next)
         hand(other) = had;
-    else if (next && (next == Held::All || in(other) == Held::All))
+    else if (next && (next == DeviceRole::All || in(other) == DeviceRole::All))
         hand(other).reset();
     hand(side) = next;
 }

@@ -18,7 +18,7 @@ public:
     explicit Grasp(const exercise::Simulation&);
 
     /// One device, all of them, or none. Where one hand holds all, the other is empty.
-    std::optional<script::Held> in(Side side) const { return hands_[static_cast<std::size_t>(side)]; }
+    std::optional<script::DeviceRole> in(Side side) const { return hands_[static_cast<std::size_t>(side)]; }
     /// From the innermost device outward, then all, then none. A device that the other hand has goes over,
     /// and the other one gets what this one had; an empty hand takes one that the other has not, if there is
     /// one.
@@ -36,13 +36,13 @@ public:
     std::size_t devices() const { return roles_.size(); }
 
 private:
-    std::optional<script::Held>& hand(Side side) { return hands_[static_cast<std::size_t>(side)]; }
+    std::optional<script::DeviceRole>& hand(Side side) { return hands_[static_cast<std::size_t>(side)]; }
     bool has(Side, std::size_t device) const;
     bool in_a_hand(std::size_t device) const { return has(Side::Right, device) || has(Side::Left, device); }
 
-    std::vector<script::Held> roles_;  // of the devices, innermost first
-    std::vector<bool> helped_;         // by the helper, once no hand has the device
-    std::array<std::optional<script::Held>, 2> hands_;
+    std::vector<script::DeviceRole> roles_;  // of the devices, innermost first
+    std::vector<bool> helped_;               // by the helper, once no hand has the device
+    std::array<std::optional<script::DeviceRole>, 2> hands_;
 };
 
 }  // namespace room

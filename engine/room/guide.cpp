@@ -27,7 +27,7 @@ Motion motion_of(Side side, const Situation& before, const Situation& after) {
     if (!before.held[at] || before.held[at] != after.held[at]) return made;
     for (std::size_t k = 0; k < std::min(before.devices.size(), after.devices.size()); ++k) {
         const Situation::Device &was = before.devices[k], &is = after.devices[k];
-        if (after.held[at] != script::Held::All && after.held[at] != is.role) continue;
+        if (after.held[at] != script::DeviceRole::All && after.held[at] != is.role) continue;
         const double push = is.inserted - was.inserted, turn = is.turned - was.turned;
         if (std::abs(push) > std::abs(made.push)) made.push = push;
         if (std::abs(turn) > std::abs(made.turn)) made.turn = turn;
@@ -116,7 +116,7 @@ void of_contrast(Effects& effects, const Input& input, const exercise::Frame& fr
 }
 
 /// What the mouse does of it, and a gamepad's stick.
-std::string other_ways(Action action, const KeyMap& keys) {
+std::string other_inputs(Action action, const KeyMap& keys) {
     for (const Side side : sides) {
         const auto& of_hand = actions_of_hands[static_cast<std::size_t>(side)];
         constexpr std::array<const char*, 4> drags = {"wheel, or drag up on the image",
@@ -199,10 +199,10 @@ Effects effects_of(const Situation& before, const Situation& after, const Input&
     return effects;
 }
 
-std::string ways_of(Practice practised, const KeyMap& keys) {
+std::string inputs_of(Practice practised, const KeyMap& keys) {
     if (practised < actions) {
         const auto action = static_cast<Action>(practised);
-        const std::string other = other_ways(action, keys);
+        const std::string other = other_inputs(action, keys);
         return keys.text(action) + (other.empty() ? "" : "; " + other);
     }
     if (practised == script::reach_target) return "";

@@ -25,10 +25,10 @@ double enough(Practice);
 
 /// What effects are differences of.
 struct Situation {
-    std::array<std::optional<script::Held>, 2> held;  // by each Side
-    std::string helper;                               // what he holds
+    std::array<std::optional<script::DeviceRole>, 2> held;  // by each Side
+    std::string helper;                                     // what he holds
     struct Device {
-        script::Held role;
+        script::DeviceRole role;
         double inserted = 0, turned = 0;  // [mm], [rad]
         std::optional<double> grip;       // [mm]
     };
@@ -47,7 +47,7 @@ Effects effects_of(const Situation& before, const Situation& after, const Input&
                    const KeyMap&, bool completed);
 
 /// How a practice is done: "Up; mouse wheel, or drag up on the image; right stick up".
-std::string ways_of(Practice, const KeyMap&);
+std::string inputs_of(Practice, const KeyMap&);
 
 class Guide {
 public:

@@ -63,7 +63,7 @@ void Hands::rest() {
     hands_ = {};
 }
 
-/// Mean share of its full speed over the frame.
+/// Mean fraction of its full speed over the frame.
 double Hands::run_up(bool held, double& since) const {
     if (!held) {
         since = 0;
@@ -71,7 +71,8 @@ double Hands::run_up(bool held, double& since) const {
     }
     const double middle = since + frame_time_ / 2, whole = keys_.speeds.run_up;
     since += frame_time_;
-    return whole <= 0 ? 1 : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / whole);
+    return whole <= 0 ? 1
+                      : std::min(1.0, Speeds::first_fraction + (1 - Speeds::first_fraction) * middle / whole);
 }
 
 /// What the hand pushes and turns its device by in this frame [mm], [rad].
@@ -95,7 +96,7 @@ std::pair<double, double> Hands::motion(Side side, const Input& input) {
 void Hands::move_device(Side side, const Input& input, const exercise::StepReport& last,
                         std::vector<script::Command>& commands, Messages& messages) {
     auto [push, turn] = motion(side, input);
-    const std::optional<script::Held> held = grasp_->in(side);
+    const std::optional<script::DeviceRole> held = grasp_->in(side);
     if (!held) {
         if (push != 0 || turn != 0)
             warn(messages,
@@ -168,10 +169,10 @@ void Hands::move_grip(const Input& input, const exercise::Simulation& simulation
     for (const Action action : input.pressed)
         step += keys_.speeds.grip_step * ((action == Action::GripFarther) - (action == Action::GripCloser));
     if (step == 0) return;
-    const std::optional<script::Held> held = grasp_->in(Side::Right);
+    const std::optional<script::DeviceRole> held = grasp_->in(Side::Right);
     if (!held) warn(messages, "The right hand is empty: it has no distance from a valve");
     for (const scenario::PlacedDevice& device : simulation.devices()) {
-        if (held != script::Held::All && held != device.role) continue;
+        if (held != script::DeviceRole::All && held != device.role) continue;
         const std::optional<double> now = simulation.gripped_at(device.role);
         if (!now) {
             warn(messages, "The hand's distance counts with the method \"global\" only");
@@ -188,9 +189,9 @@ void Hands::move_grip(const Input& input, const exercise::Simulation& simulation
 
 /// All presses of a frame are one shift, in their order.
 void Hands::shift_mask(const Input& input, std::vector<script::Command>& commands) const {
-    using Way = script::ShiftMask::Way;
+    using Mode = script::ShiftMask::Mode;
     const double step = keys_.speeds.shift[speed_of(input)];
-    script::ShiftMask by{Way::By, 0, 0};
+    script::ShiftMask by{Mode::By, 0, 0};
     const auto flush = [&] {
         if (by.x != 0 || by.y != 0) commands.push_back(by);
         by.x = by.y = 0;
@@ -198,7 +199,7 @@ void Hands::shift_mask(const Input& input, std::vector<script::Command>& command
     for (const Action action : input.pressed) {
         if (action == Action::ShiftAuto || action == Action::ShiftOff) {
             flush();
-            commands.push_back(script::ShiftMask{action == Action::ShiftAuto ? Way::Auto : Way::To, 0, 0});
+            commands.push_back(script::ShiftMask{action == Action::ShiftAuto ? Mode::Auto : Mode::To, 0, 0});
         }
         by.x += step * ((action == Action::ShiftRight) - (action == Action::ShiftLeft));
         by.y += step * ((action == Action::ShiftDown) - (action == Action::ShiftUp));

@@ -9,7 +9,7 @@
 namespace room {
 namespace {
 
-using Way = InjectionPreset::Way;
+using Site = InjectionPreset::Site;
 
 constexpr double least_rate = 0.1;    // of a command [ml/s]
 constexpr double rate_digits = 1e-2;  // of a hand that the lumen slows, rounded down [ml/s]
@@ -30,21 +30,21 @@ bool has_branch(const anatomy::Anatomy& anatomy, const std::string& name) {
 }
 
 /// The way that is there.
-Way way_in(const InjectionPreset& preset, std::size_t devices, const anatomy::Anatomy& anatomy) {
-    const bool there = preset.way == Way::Device ? devices > 1 : has_branch(anatomy, preset.branch);
-    return there ? preset.way : Way::Introducer;
+Site site_of(const InjectionPreset& preset, std::size_t devices, const anatomy::Anatomy& anatomy) {
+    const bool there = preset.site == Site::Device ? devices > 1 : has_branch(anatomy, preset.branch);
+    return there ? preset.site : Site::Introducer;
 }
 
 }  // namespace
 
-std::string way_of(const InjectionPreset& preset, std::span<const scenario::PlacedDevice> devices,
-                   const anatomy::Anatomy& anatomy) {
-    switch (way_in(preset, devices.size(), anatomy)) {
-        case Way::Device:
+std::string site_name(const InjectionPreset& preset, std::span<const scenario::PlacedDevice> devices,
+                      const anatomy::Anatomy& anatomy) {
+    switch (site_of(preset, devices.size(), anatomy)) {
+        case Site::Device:
             return fmt::format("through the {}", devices[1].name());
-        case Way::Branch:
+        case Site::Branch:
             return fmt::format("through a flush catheter in the {}, from another access", preset.branch);
-        case Way::Introducer:
+        case Site::Introducer:
             break;
     }
     return "through the introducer";
@@ -61,12 +61,13 @@ Answer inject(const InjectionPreset& preset, const exercise::Simulation& simulat
         return {{},
                 fmt::format("{:g} ml more is beyond the patient's limit of contrast: {:.0f} ml are left",
                             preset.volume, std::floor(contrast.left()))};
-    const Way way = way_in(preset, devices.size(), simulation.anatomy());
-    const std::string through = way_of(preset, devices, simulation.anatomy());
-    script::Inject inject{preset.volume, preset.rate, way == Way::Branch ? preset.branch : "", preset.iodine};
-    inject.introducer = way == Way::Introducer;
+    const Site site = site_of(preset, devices.size(), simulation.anatomy());
+    const std::string through = site_name(preset, devices, simulation.anatomy());
+    script::Inject inject{preset.volume, preset.rate, site == Site::Branch ? preset.branch : "",
+                          preset.iodine};
+    inject.introducer = site == Site::Introducer;
     std::string slowed;
-    if (way == Way::Device) {
+    if (site == Site::Device) {
         inject.through = devices[1].role;
         const std::string_view name = devices[1].name();
         if (simulation.inserted(inject.through) <= 0)
@@ -85,7 +86,7 @@ Answer inject(const InjectionPreset& preset, const exercise::Simulation& simulat
             slowed = fmt::format(", all that its lumen passes around the {}", devices[0].name());
         inject.rate = std::min(inject.rate, most);
     }
-    if (way == Way::Branch && inject.rate > largest_flush())
+    if (site == Site::Branch && inject.rate > largest_flush())
         return {{},
                 fmt::format("A 5 F flush catheter passes {:.0f} ml/s at the pump's 1200 psi; {:g} ml/s were "
                             "asked for",

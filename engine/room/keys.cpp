@@ -165,10 +165,10 @@ private:
         section.word("name", preset.name);
         std::string into = "aorta";
         section.word("into", into);
-        preset.way = into == "device"       ? InjectionPreset::Way::Device
-                     : into == "introducer" ? InjectionPreset::Way::Introducer
-                                            : InjectionPreset::Way::Branch;
-        if (preset.way == InjectionPreset::Way::Branch) {
+        preset.site = into == "device"       ? InjectionPreset::Site::Device
+                      : into == "introducer" ? InjectionPreset::Site::Introducer
+                                             : InjectionPreset::Site::Branch;
+        if (preset.site == InjectionPreset::Site::Branch) {
             preset.branch = into;
             preset.by = InjectionPreset::By::Pump;
         }

@@ -66,14 +66,14 @@ std::string label_of(std::string_view name, std::string_view in_layout);
 
 struct InjectionPreset {
     enum class By { Hand, Pump };
-    enum class Way { Device, Introducer, Branch };
+    enum class Site { Device, Introducer, Branch };
     Key key = 0;
     std::string name;  // may be empty
     By by = By::Hand;
     double volume = 5;    // [ml]
     double rate = 2;      // [ml/s]
     double iodine = 320;  // [mg/ml]
-    Way way = Way::Branch;
+    Site site = Site::Branch;
     std::string branch;  // of that way: a catheter lies there, from another access
 };
 
@@ -89,8 +89,8 @@ inline constexpr double largest_pump_volume = 150;
 
 /// Speeds of hands and stand.
 struct Speeds {
-    /// A hand starts at this share of its speed, so that one short press is one small step.
-    static constexpr double first_share = 0.2;
+    /// A hand starts at this fraction of its speed, so that one short press is one small step.
+    static constexpr double first_fraction = 0.2;
     /// A hand waits for a device that lags behind by this much [mm], [rad].
     static constexpr double most_behind = 4, most_behind_in_turn = 90 * geometry::degree;
     std::array<double, 3> advance = {2, 10, 30};                       // fine, plain, fast [mm/s]

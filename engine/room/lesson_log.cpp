@@ -27,7 +27,7 @@ bool is_injury(const exercise::HandlingErrorMark& mark) {
            mark.kind == exercise::HandlingError::Perforation;
 }
 
-std::string way_of(const script::Inject& inject) {
+std::string site_name(const script::Inject& inject) {
     if (!inject.branch.empty()) return "into the " + anatomy::clinical_name(inject.branch);
     return fmt::format("through the {}", inject.introducer ? "introducer" : script::name_of(inject.through));
 }
@@ -109,7 +109,7 @@ void LessonLog::follow_contrast(const exercise::Frame& frame) {
     if (injects && !injects_) {
         std::string where;
         for (const script::Command& command : frame.commands)
-            if (const auto* inject = std::get_if<script::Inject>(&command)) where = way_of(*inject);
+            if (const auto* inject = std::get_if<script::Inject>(&command)) where = site_name(*inject);
         add(Kind::Contrast, frame, "Contrast is injected", std::move(where));
     }
     if (!injects && injects_) {

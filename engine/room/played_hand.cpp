@@ -142,11 +142,11 @@ std::vector<script::Command> PlayedHand::next(const exercise::StepReport& last) 
         for (const Motion& motion : step.motions)
             whole = std::max(whole, std::abs(motion.amount) / motion.speed);
         const double middle = moving_ + frame_time_ / 2;
-        const double speed =
-            !step.runs_up || speeds_.run_up <= 0
-                ? 1
-                : std::min(1.0, Speeds::first_share + (1 - Speeds::first_share) * middle / speeds_.run_up);
-        const double part = std::min(1 - share_, speed * frame_time_ / whole);
+        const double speed = !step.runs_up || speeds_.run_up <= 0
+                                 ? 1
+                                 : std::min(1.0, Speeds::first_fraction +
+                                                     (1 - Speeds::first_fraction) * middle / speeds_.run_up);
+        const double part = std::min(1 - fraction_, speed * frame_time_ / whole);
         for (const Motion& motion : step.motions) {
             const double amount = motion.amount * part;
             if (motion.turns)
@@ -157,9 +157,9 @@ std::vector<script::Command> PlayedHand::next(const exercise::StepReport& last) 
                 commands.push_back(script::Withdraw{-amount, motion.held});
         }
         moving_ += frame_time_;
-        share_ += part;
-        if (share_ > 1 - 1e-12) {
-            moving_ = share_ = 0;
+        fraction_ += part;
+        if (fraction_ > 1 - 1e-12) {
+            moving_ = fraction_ = 0;
             ++step_;
         }
         return commands;

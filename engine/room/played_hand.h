@@ -13,7 +13,7 @@
 namespace room {
 
 struct Habits {
-    /// Each line's amounts are off by up to this share [-].
+    /// Each line's amounts are off by up to this fraction [-].
     double error = 0.05;
     /// Median time before another kind of movement, and the spread of its logarithm. 1.35 s is what it takes
     /// to prepare an action at a keyboard (mental operator, Card, Moran and Newell, Commun ACM 1980;23:396);
@@ -38,7 +38,7 @@ public:
 private:
     struct Motion {
         bool turns = false;
-        script::Held held = script::Held::Wire;
+        script::DeviceRole held = script::DeviceRole::Wire;
         double amount = 0;  // signed; [mm], [rad]
         double speed = 0;   // of the keys [mm/s], [rad/s]
 
@@ -63,7 +63,7 @@ private:
     std::mt19937_64 random_;
     std::vector<Step> steps_;
     std::size_t step_ = 0;
-    double moving_ = 0, share_ = 0;  // in the step: time [s], and what is done of its motions [-]
+    double moving_ = 0, fraction_ = 0;  // in the step: time [s], and what is done of its motions [-]
     int waited_ = 0;
     std::vector<Motion> before_;  // of the last group
 };

@@ -51,7 +51,7 @@ enum class Control {
 /// All that the window shows of one frame.
 struct View {
     Phase phase = Phase::Loading;
-    double loading = 0;                                         // share of the loading that is done
+    double loading = 0;                                         // fraction of the loading that is done
     std::string doing;                                          // what is done during loading
     std::string error;                                          // why loading failed
     long serial = 0;                                            // number of the view

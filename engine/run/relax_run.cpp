@@ -303,7 +303,7 @@ double distance_to(const Polyline& path, const Vec3& x) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < path.size(); ++i) {
         const Vec3 &a = path[i - 1], &b = path[i];
-        least = std::min(least, (a + geometry::closest_share(a, b, x) * (b - a) - x).norm());
+        least = std::min(least, (a + geometry::closest_fraction(a, b, x) * (b - a) - x).norm());
     }
     return least;
 }

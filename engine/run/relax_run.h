@@ -104,7 +104,7 @@ struct RelaxOutcome {
 inline constexpr double usual_tolerance = 1e-6;
 
 struct RelaxProgress {
-    double part = 0;      // share of the maximum work, 0 to 1
+    double part = 0;      // fraction of the maximum work, 0 to 1
     double gradient = 0;  // |g|/C now [-]
     int segments = 0;
 };

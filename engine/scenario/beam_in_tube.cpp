@@ -35,9 +35,9 @@ public:
             auto& own = columns_[k];
             const double each = 1 / own[0];
             for (int j = 1; j <= band; ++j) {
-                const double share = own[j] * each;
-                for (int i = j; i <= band; ++i) columns_[k + j][i - j] -= share * own[i];
-                right[k + j] -= share * right[k];
+                const double fraction = own[j] * each;
+                for (int i = j; i <= band; ++i) columns_[k + j][i - j] -= fraction * own[i];
+                right[k + j] -= fraction * right[k];
             }
         }
         for (int k = n; k < n + band; ++k) right[k] = 0;
@@ -92,18 +92,18 @@ private:
         double energy = assemble(unknown_, nullptr, nullptr);
         for (int step = 0; step < most_steps; ++step) {
             Banded hessian(static_cast<int>(unknown_.size()));
-            std::vector<double> way(unknown_.size(), 0.0);
-            assemble(unknown_, &way, &hessian);
-            hessian.solve(way);
+            std::vector<double> descent(unknown_.size(), 0.0);
+            assemble(unknown_, &descent, &hessian);
+            hessian.solve(descent);
             double next = 0, largest = 0;
             std::vector<double> there;
             for (double part = 1; part > least_part; part *= 0.5) {
                 there = unknown_;
-                for (std::size_t k = 0; k < way.size(); ++k) there[k] -= part * way[k];
+                for (std::size_t k = 0; k < descent.size(); ++k) there[k] -= part * descent[k];
                 next = assemble(there, nullptr, nullptr);
                 if (next <= energy) break;
             }
-            for (const double w : way) largest = std::max(largest, std::abs(w));
+            for (const double w : descent) largest = std::max(largest, std::abs(w));
             unknown_ = std::move(there);
             energy = next;
             if (largest < settled) break;
@@ -167,32 +167,33 @@ private:
                                               1 / (behind * cell)};
         const Across& across = beam ? across_[i] : frames_[i];
         const int shift = beam ? 0 : 2;
-        Eigen::Matrix<double, 2, 6> way;
+        Eigen::Matrix<double, 2, 6> jacobian;
         Vec3 bent = beam ? Vec3(-nodes_[i].rest) : Vec3(Vec3::Zero());
         for (int k = 0; k < 3; ++k) {
             const int node = i + k - 1, base = of_node * node + shift;
             bent += weight[k] * (frames_[node] * Eigen::Vector2d(at[base], at[base + 1]));
             if (beam) bent += weight[k] * nodes_[node].centre;
-            way.block<2, 2>(0, 2 * k) = weight[k] * across.transpose() * frames_[node];
+            jacobian.block<2, 2>(0, 2 * k) = weight[k] * across.transpose() * frames_[node];
         }
         const Eigen::Vector2d seen = across.transpose() * bent;
         const auto index = [&](int k) { return of_node * (i + k / 2 - 1) + shift + k % 2; };
-        for (int k = 0; k < 6 && gradient; ++k) (*gradient)[index(k)] += stiffness * way.col(k).dot(seen);
+        for (int k = 0; k < 6 && gradient; ++k)
+            (*gradient)[index(k)] += stiffness * jacobian.col(k).dot(seen);
         for (int k = 0; k < 6 && hessian; ++k)
             for (int l = 0; l <= k; ++l)
-                hessian->at(index(k), index(l)) += stiffness * way.col(k).dot(way.col(l));
+                hessian->at(index(k), index(l)) += stiffness * jacobian.col(k).dot(jacobian.col(l));
         return 0.5 * stiffness * seen.squaredNorm();
     }
 
     double touch(const std::vector<double>& at, int i, std::vector<double>* gradient, Banded* hessian) const {
         const int base = of_node * i;
         const Eigen::Vector2d off(at[base] - at[base + 2], at[base + 1] - at[base + 3]);
-        const double way = off.norm(), deep = way - nodes_[i].clearance,
+        const double far = off.norm(), deep = far - nodes_[i].clearance,
                      k = harder * nodes_[i].modulus * step_;
         if (deep <= 0) return 0;
-        const Eigen::Vector2d out = off / way;
+        const Eigen::Vector2d out = off / far;
         const Eigen::Matrix2d stiff =
-            k * (out * out.transpose() + deep / way * (Eigen::Matrix2d::Identity() - out * out.transpose()));
+            k * (out * out.transpose() + deep / far * (Eigen::Matrix2d::Identity() - out * out.transpose()));
         for (int a = 0; a < of_node && gradient; ++a)
             (*gradient)[base + a] += (a < 2 ? 1 : -1) * k * deep * out[a % 2];
         for (int a = 0; a < of_node && hessian; ++a)

@@ -28,7 +28,7 @@ double Breathing::depth(double time, const VesselMotion& motion) const {
     const double quiet = inspiration(clock(time), motion.breathing_rate);
     if (manner_.empty()) return quiet;
     const Manner& manner = manner_[0];
-    double sum = quiet * (1 + (deep - 1) * manner.share);
+    double sum = quiet * (1 + (deep - 1) * manner.fraction);
     if (manner.coughs_for > 0) {
         const double s = std::sin(std::numbers::pi * manner.coughs_for / cough_time);
         sum += cough * s * s;
@@ -41,11 +41,12 @@ void Breathing::change_manner(double since) {
     if (manner_.empty()) return;
     Manner& manner = manner_[0];
     const double part = since / becomes_deep;
-    manner.share = manner.deep ? std::min(1.0, manner.share + part) : std::max(0.0, manner.share - part);
-    if (state_ == State::Free) behind_ -= (deep_speed - 1) * manner.share * since;
+    manner.fraction =
+        manner.deep ? std::min(1.0, manner.fraction + part) : std::max(0.0, manner.fraction - part);
+    if (state_ == State::Free) behind_ -= (deep_speed - 1) * manner.fraction * since;
     if (manner.coughs_for >= 0) manner.coughs_for += since;
     if (manner.coughs_for >= cough_time) manner.coughs_for = -1;
-    if (!manner.deep && manner.share == 0 && manner.coughs_for < 0) manner_.clear();
+    if (!manner.deep && manner.fraction == 0 && manner.coughs_for < 0) manner_.clear();
 }
 
 Breathing::Event Breathing::step(double time, double since, const VesselMotion& motion) {

@@ -38,7 +38,7 @@ struct VesselMotion {
         return with_breath(time, inspiration(breathing_time, breathing_rate));
     }
     geometry::Vec3 at(double time) const { return at(time, time); }
-    /// The same at a share of the way to the end of a quiet inspiration [-].
+    /// The same at a fraction of the way to the end of a quiet inspiration [-].
     geometry::Vec3 with_breath(double time, double breath) const {
         return contraction(time, heart_rate) * heart_reach + breath * breathing_reach;
     }
@@ -68,7 +68,7 @@ public:
 
     /// The time at which free breathing would be where breathing is now [s].
     double clock(double time) const { return state_ == State::Held ? held_at_ : time - behind_; }
-    /// Share of the way to the end of a quiet inspiration: 0 to `deepest` [-].
+    /// Fraction of the way to the end of a quiet inspiration: 0 to `deepest` [-].
     double depth(double time, const VesselMotion&) const;
     State state() const { return state_; }
     double held_for() const { return state_ == State::Held ? since_ : 0; }  // [s]
@@ -78,7 +78,7 @@ public:
         s.unless_empty(manner_);
     }
 
-    /// Share of a breath at which the lungs count as empty [-].
+    /// Fraction of a breath at which the lungs count as empty [-].
     static constexpr double empty = 0.02;
     /// A gasp: for how long [s], and how much faster than before [-]. Both are estimates.
     static constexpr double gasp_time = 8, gasp_speed = 2;
@@ -97,10 +97,10 @@ private:
     double since_ = 0;             // the start of a hold or a gasp [s]
     struct Manner {
         bool deep = false;       // from now on
-        double share = 0;        // of the way from a quiet to a deep breath [-]
+        double fraction = 0;     // of the way from a quiet to a deep breath [-]
         double coughs_for = -1;  // so far; < 0: he does not cough [s]
 
-        void state(geometry::StateStream& s) { s(deep, share, coughs_for); }
+        void state(geometry::StateStream& s) { s(deep, fraction, coughs_for); }
     };
     void change_manner(double since);
     std::vector<Manner> manner_;  // one, or none where he breathes as at the start

@@ -328,13 +328,13 @@ std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {
     found.shaft_rigidity = shaft.rigidity_proximal;
     found.torsional_rigidity = shaft.torsional_proximal;
     found.tip_rigidity = first.rigidity_distal;
-    const double share = found.torsional_rigidity / found.shaft_rigidity;
+    const double fraction = found.torsional_rigidity / found.shaft_rigidity;
     for (const physics::StiffnessSection& s : list) {
         const bool even = same(s.rigidity_distal, s.rigidity_proximal);
         if (&s == &shaft ? !even : even ? &s != &first : !same(s.rigidity_distal, found.tip_rigidity))
             return std::nullopt;
-        if (!same(s.torsional_distal, share * s.rigidity_distal) ||
-            !same(s.torsional_proximal, share * s.rigidity_proximal))
+        if (!same(s.torsional_distal, fraction * s.rigidity_distal) ||
+            !same(s.torsional_proximal, fraction * s.rigidity_proximal))
             return std::nullopt;
         if (&s == &shaft) continue;
         if (!even && (&s != &shaft - 1 || !same(s.rigidity_proximal, found.shaft_rigidity)))

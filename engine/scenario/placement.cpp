@@ -55,13 +55,13 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
     }
     anatomy::EntryPath entry = anatomy::path_from(anatomy, *end);
 
-    const std::vector<double> ways = geometry::ways_along(entry.points);
-    const double length = ways.back();
+    const std::vector<double> arcs = geometry::arc_lengths(entry.points);
+    const double length = arcs.back();
     for (const PlacedDevice& placed : s.devices) {
         if (!placed.starts_inside()) continue;
         const double thickness = placed.device.outer_diameter;
         double narrowest = entry.radii.front();
-        for (std::size_t i = 1; i < ways.size() && ways[i - 1] < placed.inserted; ++i)
+        for (std::size_t i = 1; i < arcs.size() && arcs[i - 1] < placed.inserted; ++i)
             narrowest = std::min(narrowest, entry.radii[i]);
         if (!physics::enters(thickness, narrowest))
             throw io::InputError(io::located(
@@ -69,7 +69,7 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
                 fmt::format("a {0} of diameter {1} mm does not enter at '{2}', which is {3:.3g} mm wide as "
                             "far as {4:g} mm of it start inside; expected a thinner {0}",
                             placed.name(), thickness, s.entry.end, 2 * narrowest, placed.inserted)));
-        if (placed.inserted > length + 1e-6 && placed.role != script::Held::Wire)
+        if (placed.inserted > length + 1e-6 && placed.role != script::DeviceRole::Wire)
             throw io::InputError(io::located(
                 s.place_of(placed, "inserted_mm"),
                 fmt::format("{:g} mm of a {} cannot start inside; the way from '{}' is {:.4g} mm long",

@@ -13,10 +13,10 @@ namespace {
 
 using geometry::Vec3;
 
-/// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
-std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double way) {
-    const int step = way < 0 ? -1 : 1, count = static_cast<int>(branch.points.size());
-    double left = std::abs(way);
+/// The point of a branch `direction` before (< 0) or behind a sample along it; none past its ends.
+std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double length) {
+    const int step = length < 0 ? -1 : 1, count = static_cast<int>(branch.points.size());
+    double left = std::abs(length);
     for (int i = sample; i + step >= 0 && i + step < count; i += step) {
         const Vec3 piece = branch.points[i + step] - branch.points[i];
         const double length = piece.norm();
@@ -83,18 +83,18 @@ std::vector<int> Reach::flood(std::vector<Seed> seeds, double least_radius) cons
     const auto stations = tree_.stations();
     std::vector<double> left(stations.size(), -1.0);
     std::priority_queue<Seed> open;
-    const auto come = [&](double way, int s) {
-        if (way < 0 || way <= left[s] || stations[s].radius < least_radius) return;
-        left[s] = way;
-        open.emplace(way, s);
+    const auto come = [&](double length, int s) {
+        if (length < 0 || length <= left[s] || stations[s].radius < least_radius) return;
+        left[s] = length;
+        open.emplace(length, s);
     };
-    for (const auto& [way, s] : seeds) come(way, s);
+    for (const auto& [length, s] : seeds) come(length, s);
     while (!open.empty()) {
-        const auto [way, s] = open.top();
+        const auto [length, s] = open.top();
         open.pop();
-        if (way < left[s]) continue;
+        if (length < left[s]) continue;
         for (const int next : tree_.neighbours(s))
-            come(way - (stations[next].centre - stations[s].centre).norm(), next);
+            come(length - (stations[next].centre - stations[s].centre).norm(), next);
     }
     std::vector<int> found;
     for (std::size_t s = 0; s < left.size(); ++s)
@@ -127,26 +127,26 @@ int Reach::station_of(const physics::Chain& chain, double inserted) const {
     return station >= 0 && station < count ? station : tree_.locate(chain.joints[joint], -1);
 }
 
-std::pair<std::vector<int>, std::vector<double>> Reach::ways_from(const geometry::OpenEnd& entry) const {
+std::pair<std::vector<int>, std::vector<double>> Reach::paths_from(const geometry::OpenEnd& entry) const {
     const auto stations = tree_.stations();
     std::vector<int> before(stations.size(), -1);
-    std::vector<double> ways(stations.size(), -1.0);
+    std::vector<double> lengths(stations.size(), -1.0);
     using Open = std::pair<double, int>;
     std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
     const int first = tree_.locate(entry.centre, -1);
-    open.emplace(ways[first] = 0, first);
+    open.emplace(lengths[first] = 0, first);
     while (!open.empty()) {
-        const auto [way, s] = open.top();
+        const auto [length, s] = open.top();
         open.pop();
-        if (way > ways[s]) continue;
+        if (length > lengths[s]) continue;
         for (const int next : tree_.neighbours(s)) {
-            const double there = way + (stations[next].centre - stations[s].centre).norm();
-            if (ways[next] >= 0 && ways[next] <= there) continue;
+            const double there = length + (stations[next].centre - stations[s].centre).norm();
+            if (lengths[next] >= 0 && lengths[next] <= there) continue;
             before[next] = s;
-            open.emplace(ways[next] = there, next);
+            open.emplace(lengths[next] = there, next);
         }
     }
-    return {before, ways};
+    return {before, lengths};
 }
 
 LumenDemand Reach::around(const physics::Chain& chain, int which, double ahead) const {

@@ -58,7 +58,7 @@ public:
     int station_of(const physics::Chain&, double inserted) const;
     /// The shortest way from an end to each station: the one before it, −1 for the first, and its length
     /// [mm]; −1 where there is none.
-    std::pair<std::vector<int>, std::vector<double>> ways_from(const geometry::OpenEnd&) const;
+    std::pair<std::vector<int>, std::vector<double>> paths_from(const geometry::OpenEnd&) const;
 
     std::span<const geometry::Station> stations() const { return tree_.stations(); }
     /// From a place near a station to the wall: of the ball that holds it deepest [mm].

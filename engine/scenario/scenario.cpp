@@ -24,7 +24,7 @@ void device_problems(const Scenario& s, const Say& say) {
         say("chain.segment_length_mm", fmt::format("expected segments of {:g} to {:g} mm, found {:g}", least,
                                                    physics::DeviceLimits::segment_length, s.segment_length));
     if (s.devices.empty()) return say("", "expected a wire, [guidewire], found no device");
-    if (s.wire().role != script::Held::Wire)
+    if (s.wire().role != script::DeviceRole::Wire)
         say(s.wire().section, fmt::format("expected a wire innermost, found a {}", s.wire().name()));
     const double bent = s.segment_length * largest_curvature(s.wire().device);
     if (bent > 1)
@@ -85,7 +85,7 @@ void device_problems(const Scenario& s, const Say& say) {
 
 }  // namespace
 
-std::optional<int> Scenario::index_of(script::Held role) const {
+std::optional<int> Scenario::index_of(script::DeviceRole role) const {
     const auto found = std::find_if(devices.begin(), devices.end(),
                                     [role](const PlacedDevice& placed) { return placed.role == role; });
     if (found == devices.end()) return std::nullopt;

@@ -93,11 +93,11 @@ struct Entry {
 };
 
 struct Target {
-    std::string name;                          // of a target of the anatomy; empty = `centre` is given
-    std::optional<geometry::Vec3> centre;      // [mm]
-    double radius = 3;                         // the tip is on target within this [mm]
-    double hold = 0.5;                         // and must stay so long [s]
-    script::Held device = script::Held::Wire;  // whose tip it is
+    std::string name;                      // of a target of the anatomy; empty = `centre` is given
+    std::optional<geometry::Vec3> centre;  // [mm]
+    double radius = 3;                     // the tip is on target within this [mm]
+    double hold = 0.5;                     // and must stay so long [s]
+    script::DeviceRole device = script::DeviceRole::Wire;  // whose tip it is
 };
 
 struct Imaging {
@@ -119,7 +119,7 @@ enum class TorsionModel {
 
 /// A device of the catalogue, with the scenario's values in place of its own, and where it begins.
 struct PlacedDevice {
-    script::Held role = script::Held::Wire;  // by which commands call it; not All
+    script::DeviceRole role = script::DeviceRole::Wire;  // by which commands call it; not All
     Device device;
     double inserted = 0;  // inside at the start, along the centreline [mm]
     double roll = 0;      // of its shape at the start [rad]
@@ -128,7 +128,7 @@ struct PlacedDevice {
 
     std::string_view name() const { return script::name_of(role); }
     /// Whether it lies in the vessel at the start. What does not fit the way in stops there, and says so.
-    bool starts_inside() const { return role == script::Held::Wire || inserted > 0; }
+    bool starts_inside() const { return role == script::DeviceRole::Wire || inserted > 0; }
 };
 
 /// Shaft between hand and valve [mm] for which buckling forces are stated: with it the Euler loads of the
@@ -211,7 +211,7 @@ struct Scenario {
     const PlacedDevice& wire() const { return devices.front(); }
     PlacedDevice& wire() { return devices.front(); }
     /// Place in the list; empty where the scenario has no such device.
-    std::optional<int> index_of(script::Held) const;
+    std::optional<int> index_of(script::DeviceRole) const;
     /// What is found of a device and its section, for messages.
     io::TextPlace place_of(const PlacedDevice& device, const std::string& key) const {
         return place(device.section + "." + key);

@@ -88,13 +88,13 @@ void refuse_old_keys(io::Section& section) {
 }
 
 /// A device of the catalogue, or of a file beside the scenario's, with the section's values.
-void read_device(io::Section& section, script::Held role, const std::string& name,
+void read_device(io::Section& section, script::DeviceRole role, const std::string& name,
                  const std::filesystem::path& file, Scenario& s) {
     PlacedDevice placed;
     placed.role = role;
     placed.section = name;
     Device& device = placed.device;
-    const DeviceKind kind = role == script::Held::Wire ? DeviceKind::Wire : DeviceKind::Catheter;
+    const DeviceKind kind = role == script::DeviceRole::Wire ? DeviceKind::Wire : DeviceKind::Catheter;
     const toml::node* node = section.find("device");
     std::string wanted = kind == DeviceKind::Wire ? usual_wire : "";
     if (!node && wanted.empty())
@@ -129,8 +129,8 @@ void read_device(io::Section& section, script::Held role, const std::string& nam
 /// All devices, innermost first, which is the order of their roles.
 void read_devices(io::Section& top, const std::filesystem::path& file, Scenario& s) {
     for (int k = 0; k < script::most_devices; ++k) {
-        const auto role = static_cast<script::Held>(k);
-        const std::string_view name = role == script::Held::Wire ? "guidewire" : script::name_of(role);
+        const auto role = static_cast<script::DeviceRole>(k);
+        const std::string_view name = role == script::DeviceRole::Wire ? "guidewire" : script::name_of(role);
         if (io::Section section = top.section(name, false); section.given())
             read_device(section, role, std::string(name), file, s);
     }
@@ -141,17 +141,17 @@ void read_devices(io::Section& top, const std::filesystem::path& file, Scenario&
             section.missing("name", "name = " + io::joined(script::device_names(), ", "));
         const auto role = section.choice("name", script::device_names());
         if (!role) continue;
-        if (s.index_of(static_cast<script::Held>(*role))) {
+        if (s.index_of(static_cast<script::DeviceRole>(*role))) {
             section.refuse(
                 "name", *section.find("name"),
                 fmt::format("expected each device once, found a second {}", script::device_names()[*role]));
             continue;
         }
-        read_device(section, static_cast<script::Held>(*role), name, file, s);
+        read_device(section, static_cast<script::DeviceRole>(*role), name, file, s);
     }
-    if (!s.index_of(script::Held::Wire)) {
+    if (!s.index_of(script::DeviceRole::Wire)) {
         io::Section none = top.section("guidewire", false);
-        read_device(none, script::Held::Wire, "guidewire", file, s);
+        read_device(none, script::DeviceRole::Wire, "guidewire", file, s);
     }
     std::sort(s.devices.begin(), s.devices.end(),
               [](const PlacedDevice& a, const PlacedDevice& b) { return a.role < b.role; });
@@ -194,9 +194,9 @@ void read_chain(io::Section chain, Scenario& s) {
 std::optional<physics::WallStiffness::Term> read_term(const toml::node& row) {
     const toml::array* pair = row.as_array();
     if (!pair || pair->size() != 2 || !(*pair)[0].is_number() || !(*pair)[1].is_number()) return std::nullopt;
-    const double share = *(*pair)[0].value<double>(), phase = *(*pair)[1].value<double>();
-    if (!(std::abs(share) < 1) || !(std::abs(phase) <= 360)) return std::nullopt;
-    return physics::WallStiffness::Term{share, phase * geometry::degree};
+    const double fraction = *(*pair)[0].value<double>(), phase = *(*pair)[1].value<double>();
+    if (!(std::abs(fraction) < 1) || !(std::abs(phase) <= 360)) return std::nullopt;
+    return physics::WallStiffness::Term{fraction, phase * geometry::degree};
 }
 
 /// Below the least modulus the weight of a catheter moves a vessel out of its place.
@@ -294,7 +294,7 @@ void read_relaxer(io::Section relaxer, Scenario& s) {
     relaxer.whole("separation", separation, {2, 200});
     if (separation > 0) s.relaxer.separation = separation;
     relaxer.whole("updates_per_frame", s.budget.updates, {1, 10'000'000});
-    relaxer.number("distal_share", s.budget.distal_share, {0, 1});
+    relaxer.number("distal_share", s.budget.distal_fraction, {0, 1});
     relaxer.whole("distal_segments", s.budget.distal_segments, {1, 100'000});
     constexpr std::string_view cycles[] = {"nested", "uniform"};
     if (const auto cycle = relaxer.choice("cycle", cycles)) {
@@ -499,7 +499,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     target.number("radius_mm", s.target.radius, {0.1, 100});
     target.number("hold_s", s.target.hold, {0, 60});
     if (const auto tip = target.choice("device", script::device_names()))
-        s.target.device = static_cast<script::Held>(*tip);
+        s.target.device = static_cast<script::DeviceRole>(*tip);
     target.finish();
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);

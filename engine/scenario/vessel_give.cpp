@@ -45,16 +45,16 @@ Vec3 rest_of(const Bend& bend, const Vec3& along, const Vec3& side) {
 using Place = VesselGives::Place;
 
 /// Places at equal distances along stations from the first one on.
-std::vector<Place> resampled(std::span<const geometry::Station> stations, const std::vector<int>& way,
+std::vector<Place> resampled(std::span<const geometry::Station> stations, const std::vector<int>& path,
                              double most) {
     std::vector<Place> places;
     double begin = 0;  // of the piece
-    for (std::size_t k = 0; k + 1 < way.size() && begin <= most; ++k) {
-        const Vec3 from = stations[way[k]].centre, piece = stations[way[k + 1]].centre - from;
+    for (std::size_t k = 0; k + 1 < path.size() && begin <= most; ++k) {
+        const Vec3 from = stations[path[k]].centre, piece = stations[path[k + 1]].centre - from;
         const double length = piece.norm();
         for (double next = step * static_cast<double>(places.size()); next < begin + length && next <= most;
              next = step * static_cast<double>(places.size()))
-            places.push_back({from + (next - begin) / length * piece, way[k], 0});
+            places.push_back({from + (next - begin) / length * piece, path[k], 0});
         begin += length;
     }
     return places;
@@ -90,7 +90,7 @@ std::string vessels_sentence(const VesselGive& give, bool stay, bool as_asked) {
 VesselGives::VesselGives(std::shared_ptr<const Reach> reach, std::vector<physics::Tissue> tissues,
                          const geometry::OpenEnd& entry)
     : reach_(std::move(reach)), tissues_(std::move(tissues)) {
-    std::tie(before_, ways_) = reach_->ways_from(entry);
+    std::tie(before_, lengths_) = reach_->paths_from(entry);
 }
 
 VesselGive VesselGives::around(const physics::Chain& chain, double ahead, double enough) {
@@ -116,15 +116,15 @@ VesselGive VesselGives::around(const physics::Chain& chain, double ahead, double
 /// Of places less than tip_step apart one is tried.
 bool VesselGives::is_tried(int station) const {
     const int before = before_[station];
-    return ways_[station] >= 0 &&
-           (before < 0 || std::floor(ways_[station] / tip_step) != std::floor(ways_[before] / tip_step));
+    return lengths_[station] >= 0 && (before < 0 || std::floor(lengths_[station] / tip_step) !=
+                                                        std::floor(lengths_[before] / tip_step));
 }
 
 VesselGives::Case VesselGives::case_of(int device, int station, const std::vector<int>& tips,
                                        double ahead) const {
     Case wanted{device, station, {}};
     for (std::size_t other = 0; other < tips.size(); ++other) {
-        const double lead = ways_[tips[other]] + ahead - ways_[station];
+        const double lead = lengths_[tips[other]] + ahead - lengths_[station];
         if (static_cast<int>(other) != device)
             wanted.leads[other] = static_cast<int>(std::ceil(std::clamp(lead, -500.0, 500.0) / lead_step));
     }
@@ -132,14 +132,15 @@ VesselGives::Case VesselGives::case_of(int device, int station, const std::vecto
 }
 
 /// From the tip back towards the entry, as far as the devices change along it and what is cut off after that.
-std::vector<Place> VesselGives::way_back(int tip, const std::vector<physics::Device>& devices) const {
+std::vector<Place> VesselGives::path_back(int tip, const std::vector<physics::Device>& devices) const {
     double window = turns;
     for (const physics::Device& device : devices)
         window = std::max(window, physics::varying_length(device.spec));
     window += 2 * cut;
-    std::vector<int> way;
-    for (int s = tip; s >= 0 && ways_[tip] - ways_[s] <= window + step; s = before_[s]) way.push_back(s);
-    return rounded(reach_->stations(), resampled(reach_->stations(), way, window));
+    std::vector<int> path;
+    for (int s = tip; s >= 0 && lengths_[tip] - lengths_[s] <= window + step; s = before_[s])
+        path.push_back(s);
+    return rounded(reach_->stations(), resampled(reach_->stations(), path, window));
 }
 
 /// The vessels along places that are given from the tip back, in the order of the way in, and some vessel
@@ -193,17 +194,17 @@ void VesselGives::lay(const Case& wanted, const std::vector<physics::Device>& de
 }
 
 VesselGive VesselGives::of(const Case& wanted, const std::vector<physics::Device>& devices) const {
-    const std::vector<Place> places = way_back(wanted.station, devices);
+    const std::vector<Place> places = path_back(wanted.station, devices);
     const int count = static_cast<int>(places.size());
     if (count < 4) return {};
     std::vector<TubeNode> nodes = tube(places);
     lay(wanted, devices, count, nodes);
-    const bool from_entry = ways_[places.back().station] <= step;
+    const bool from_entry = lengths_[places.back().station] <= step;
     const std::vector<double> aside = pushed_aside(nodes, step, from_entry);
     VesselGive found;
     for (int i = from_entry ? 0 : static_cast<int>(cut / step); i < count; ++i)
-        if (const double way = margin * aside[i]; way > found.most)
-            found = {way, reach_->name_of(places[count - 1 - i].station)};
+        if (const double aside_most = margin * aside[i]; aside_most > found.most)
+            found = {aside_most, reach_->name_of(places[count - 1 - i].station)};
     return found;
 }
 

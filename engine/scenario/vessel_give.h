@@ -69,15 +69,15 @@ private:
     };
     bool is_tried(int station) const;
     Case case_of(int device, int station, const std::vector<int>& tips, double ahead) const;
-    std::vector<Place> way_back(int tip, const std::vector<physics::Device>&) const;
+    std::vector<Place> path_back(int tip, const std::vector<physics::Device>&) const;
     std::vector<TubeNode> tube(const std::vector<Place>&) const;
     void lay(const Case&, const std::vector<physics::Device>&, int count, std::vector<TubeNode>&) const;
     VesselGive of(const Case&, const std::vector<physics::Device>&) const;
 
     std::shared_ptr<const Reach> reach_;
     std::vector<physics::Tissue> tissues_;
-    std::vector<int> before_;   // of each station on the way from the entry: the one before it, −1 at first
-    std::vector<double> ways_;  // from the entry [mm]; < 0 where there is none
+    std::vector<int> before_;  // of each station on the way from the entry: the one before it, −1 at first
+    std::vector<double> lengths_;  // from the entry [mm]; < 0 where there is none
     std::map<Case, VesselGive> known_;
 };
 

@@ -27,8 +27,8 @@ std::string degrees_text(double angle) {
 }
 
 /// "catheter ", and nothing for the wire, which is what a motion is of without a word.
-std::string of(Held held) {
-    return held == Held::Wire ? "" : std::string(name_of(held)) + " ";
+std::string of(DeviceRole held) {
+    return held == DeviceRole::Wire ? "" : std::string(name_of(held)) + " ";
 }
 
 struct CommandText {
@@ -73,10 +73,10 @@ struct CommandText {
     }
     std::string operator()(const NewMask&) const { return "mask"; }
     std::string operator()(const ShiftMask& c) const {
-        if (c.way == ShiftMask::Way::Auto) return "shift auto";
-        if (c.way == ShiftMask::Way::To && c.x == 0 && c.y == 0) return "shift off";
-        return fmt::format("shift {}{} {} px", c.way == ShiftMask::Way::By ? "by " : "", io::number_text(c.x),
-                           io::number_text(c.y));
+        if (c.mode == ShiftMask::Mode::Auto) return "shift auto";
+        if (c.mode == ShiftMask::Mode::To && c.x == 0 && c.y == 0) return "shift off";
+        return fmt::format("shift {}{} {} px", c.mode == ShiftMask::Mode::By ? "by " : "",
+                           io::number_text(c.x), io::number_text(c.y));
     }
     std::string operator()(const Breathe& c) const { return c.hold ? "breath hold" : "breath free"; }
     std::string operator()(const Collimate& c) const {
@@ -159,11 +159,11 @@ bool is_comment(std::string_view text) {
            });
 }
 
-std::optional<Held> held_named(std::string_view name) {
-    if (name == "both") return Held::All;
-    const auto found = std::find(held_names.begin(), held_names.end(), name);
-    if (found == held_names.end()) return std::nullopt;
-    return static_cast<Held>(found - held_names.begin());
+std::optional<DeviceRole> role_named(std::string_view name) {
+    if (name == "both") return DeviceRole::All;
+    const auto found = std::find(role_names.begin(), role_names.end(), name);
+    if (found == role_names.end()) return std::nullopt;
+    return static_cast<DeviceRole>(found - role_names.begin());
 }
 
 std::string_view preposition(ComplicationKind kind) {
@@ -244,7 +244,7 @@ std::vector<std::string> problems(const CommandScript& script, const render::CAr
                 found.push_back(io::located(timed.place, too_many_pulses(pulses->rate, frame_rate)));
         }
         if (const ShiftMask* shift = std::get_if<ShiftMask>(&timed.command)) {
-            const double most = largest_shift_share * start.pixels;
+            const double most = largest_shift_fraction * start.pixels;
             if (std::max(std::abs(shift->x), std::abs(shift->y)) > most)
                 found.push_back(
                     io::located(timed.place, fmt::format("'{}' was found; expected at most {} pixels, a "

@@ -75,48 +75,48 @@
 namespace script {
 
 /// What the hand holds: one of a scenario's devices, which lie in each other in this order, or all of them.
-enum class Held { Wire, Microcatheter, Intermediate, Catheter, Sheath, All };
-inline constexpr std::array<std::string_view, 6> held_names = {"wire",     "microcatheter", "intermediate",
+enum class DeviceRole { Wire, Microcatheter, Intermediate, Catheter, Sheath, All };
+inline constexpr std::array<std::string_view, 6> role_names = {"wire",     "microcatheter", "intermediate",
                                                                "catheter", "sheath",        "all"};
-inline constexpr std::string_view name_of(Held held) {
-    return held_names[static_cast<std::size_t>(held)];
+inline constexpr std::string_view name_of(DeviceRole held) {
+    return role_names[static_cast<std::size_t>(held)];
 }
 /// Devices that a scenario can have.
 inline constexpr int most_devices = 5;
 /// The device, or all, by its name; empty for a name that none has. "both" is an older word for all.
-std::optional<Held> held_named(std::string_view);
+std::optional<DeviceRole> role_named(std::string_view);
 /// The names of devices, without "all".
 inline constexpr std::span<const std::string_view> device_names() {
-    return std::span(held_names).first(most_devices);
+    return std::span(role_names).first(most_devices);
 }
 
 struct Advance {
     double length = 0;  // [mm]
-    Held held = Held::Wire;
+    DeviceRole held = DeviceRole::Wire;
 };
 struct Withdraw {
     double length = 0;  // [mm]
-    Held held = Held::Wire;
+    DeviceRole held = DeviceRole::Wire;
 };
 struct Rotate {
     double angle = 0;  // of the hub, right-handed about the wire [rad]
-    Held held = Held::Wire;
+    DeviceRole held = DeviceRole::Wire;
 };
 /// The hand holds the shaft at another distance from the valve: closer, it pushes harder before the shaft
 /// bows, and turns more directly.
 struct Grip {
     double distance = 0;  // [mm]
-    Held held = Held::Wire;
+    DeviceRole held = DeviceRole::Wire;
 };
 /// Somebody, as a helper, holds a device while others are moved, or lets go of it: then its valve alone does,
 /// and it goes along with what drags it by more.
 struct Pin {
     bool on = true;
-    Held held = Held::Wire;  // or another, not All
+    DeviceRole held = DeviceRole::Wire;  // or another, not All
 };
 /// Takes a device out.
 struct Remove {
-    Held held = Held::Wire;  // or another, not All
+    DeviceRole held = DeviceRole::Wire;  // or another, not All
 };
 /// The wire, which is out, becomes another.
 struct Exchange {
@@ -141,7 +141,7 @@ struct Inject {
     double rate = 0;      // [ml/s]
     std::string branch;   // the tip lies at its start; empty = through a device, or the introducer
     double iodine = 320;  // [mg/ml]
-    Held through = Held::Catheter;
+    DeviceRole through = DeviceRole::Catheter;
     bool introducer = false;  // in place of a device
 
     bool through_device() const { return branch.empty() && !introducer; }
@@ -160,11 +160,11 @@ std::string pulse_rates_text();  // "3.75, 7.5, 15 or 30"
 struct NewMask {};
 /// Moves the mask of DSA and roadmap: to a place, by a distance, or to where it fits the image best.
 struct ShiftMask {
-    enum class Way { To, By, Auto };
-    Way way = Way::To;
+    enum class Mode { To, By, Auto };
+    Mode mode = Mode::To;
     double x = 0, y = 0;  // to the right and down [pixels]
 
-    void state(geometry::StateStream& s) { s(way, x, y); }
+    void state(geometry::StateStream& s) { s(mode, x, y); }
 };
 struct Breathe {
     bool hold = false;
@@ -233,7 +233,7 @@ inline constexpr double largest_volume = 300;                // of one injection
 using render::widest_opening;                                // of the collimator [mm]
 inline const geometry::Vec3 table_reach(180, 140, 600);      // in either direction [mm]
 inline constexpr double largest_shift = 1024;                // of the mask, in either direction [pixels]
-inline constexpr double largest_shift_share = 0.25;          // the same, of the image's width [-]
+inline constexpr double largest_shift_fraction = 0.25;       // the same, of the image's width [-]
 /// Of complications: along a branch, their length, and what a spasm or a flap takes of the diameter.
 inline constexpr double largest_place = 1000;                                   // [mm]
 inline constexpr double shortest_complication = 6, longest_complication = 100;  // [mm]

@@ -145,16 +145,16 @@ MoveArm arm_command(Line& line) {
 }
 
 /// The device of a motion: the wire where the line names none.
-Held held(Line& line) {
-    for (const std::string_view name : held_names)
-        if (line.next_is(name)) return *held_named(name);
-    return line.next_is("both") ? Held::All : Held::Wire;
+DeviceRole held(Line& line) {
+    for (const std::string_view name : role_names)
+        if (line.next_is(name)) return *role_named(name);
+    return line.next_is("both") ? DeviceRole::All : DeviceRole::Wire;
 }
 
 /// A device by its name, from the list's `first` on.
-Held device(Line& line, std::size_t first = 0) {
+DeviceRole device(Line& line, std::size_t first = 0) {
     const auto names = device_names().subspan(first);
-    return *held_named(names[line.choice(names, "expected one of: " + io::joined(names))]);
+    return *role_named(names[line.choice(names, "expected one of: " + io::joined(names))]);
 }
 
 Inject inject_command(Line& line) {
@@ -209,18 +209,18 @@ MoveTable table_command(Line& line) {
 }
 
 ShiftMask shift_command(Line& line) {
-    if (line.next_is("auto")) return {ShiftMask::Way::Auto};
+    if (line.next_is("auto")) return {ShiftMask::Mode::Auto};
     if (line.next_is("off")) return {};
     ShiftMask shift;
-    if (line.next_is("by")) shift.way = ShiftMask::Way::By;
+    if (line.next_is("by")) shift.mode = ShiftMask::Mode::By;
     const std::string accepted = fmt::format(
         "expected {}two numbers from {} to {}, in pixels to the right and down",
-        shift.way == ShiftMask::Way::To ? "'auto', 'off' or " : "", -largest_shift, largest_shift);
-    for (double* const way : {&shift.x, &shift.y}) {
+        shift.mode == ShiftMask::Mode::To ? "'auto', 'off' or " : "", -largest_shift, largest_shift);
+    for (double* const offset : {&shift.x, &shift.y}) {
         const Word& word = line.take(accepted);
         const std::optional<double> read = io::parse_number(word.text);
         if (!read || !(std::abs(*read) <= largest_shift)) Line::refuse(word, accepted);  // also rejects NaN
-        *way = *read;
+        *offset = *read;
     }
     if (!line.done()) line.unit("px");
     return shift;
@@ -276,27 +276,27 @@ struct Verb {
 constexpr Verb verbs[] = {
     {"advance",
      [](Line& l) -> Command {
-         const Held device = held(l);
+         const DeviceRole device = held(l);
          return Advance{l.amount(0, largest_motion, "mm"), device};
      }},
     {"withdraw",
      [](Line& l) -> Command {
-         const Held device = held(l);
+         const DeviceRole device = held(l);
          return Withdraw{l.amount(0, largest_motion, "mm"), device};
      }},
     {"rotate",
      [](Line& l) -> Command {
-         const Held device = held(l);
+         const DeviceRole device = held(l);
          return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree, device};
      }},
     {"grip",
      [](Line& l) -> Command {
-         const Held held = device(l);
+         const DeviceRole held = device(l);
          return Grip{l.amount(least_grip, largest_grip, "mm"), held};
      }},
     {"pin",
      [](Line& l) -> Command {
-         const Held held = device(l);
+         const DeviceRole held = device(l);
          return Pin{l.either("on", "off"), held};
      }},
     {"teacher",

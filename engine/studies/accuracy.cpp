@@ -336,9 +336,9 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
         start << wire.base_director, wire.tangents[0].cross(wire.base_director), wire.tangents[0];
         const auto along = [](const Vec2& curvature, double s, Vec3& x, geometry::Mat3& frame) {
             const double turn = curvature.norm() * s;
-            const Vec3 way = (frame.leftCols<2>() * curvature).normalized(), u = frame.col(2);
-            x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * way);
-            frame = Eigen::AngleAxisd(turn, u.cross(way)) * frame;
+            const Vec3 inward = (frame.leftCols<2>() * curvature).normalized(), u = frame.col(2);
+            x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * inward);
+            frame = Eigen::AngleAxisd(turn, u.cross(inward)) * frame;
         };
         return compared(wire, wall, inner_length, energy, [&](int i) {
             const double s = i * wire.grid.segment_length;

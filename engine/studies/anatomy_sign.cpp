@@ -127,14 +127,14 @@ private:
         return x;
     }
     void add_segment(const Vec3& from, double length) {
-        const Vec3 way = direction(), to = from + length * way;
+        const Vec3 heading = direction(), to = from + length * heading;
         const double first = lumen_.at(from).distance;
         if (first >= 0 || past_an_end(from) || past_an_end(to)) return;
         const double last = lumen_.at(to).distance;
         if (last >= 0 || first + last <= -length) return;
         double deepest = -1e9;
         for (double at = 0; at < length;) {
-            const double distance = lumen_.at(from + at * way).distance;
+            const double distance = lumen_.at(from + at * heading).distance;
             deepest = std::max(deepest, distance);
             at += std::max(sample_step, -distance);
         }

@@ -332,13 +332,13 @@ Capstan capstan(double angle, double friction) {
     const Polyline line = path(radius);
     const Vec3 beyond = (line.back() - line[line.size() - 2]).normalized();
     // It comes in at the inner wall, or the introducer would bear a part of its turn.
-    Polyline way = path(radius - lumen);
-    for (Vec3& p : way) p.y() += lumen;
+    Polyline lifted = path(radius - lumen);
+    for (Vec3& p : lifted) p.y() += lumen;
     const TubeWall wall(line, lumen, 42, 0);
     Hub hub({}, wall);
     PlainWire spec = uniform_spec(5, 0.5);
     spec.friction = friction;
-    Chain wire = laid(hub, way, spec, before + radius * angle * degree + run, weight * beyond);
+    Chain wire = laid(hub, lifted, spec, before + radius * angle * degree + run, weight * beyond);
     for (int k = 0; k < 60; ++k) hub.move(wire, {-0.25, 0}, no_limit);
     Capstan result{angle, friction, -hub.loads()[0].push, 0};
 
@@ -363,8 +363,8 @@ struct Loop {
     }
 };
 
-/// Pushed in by `way` and drawn back.
-Loop loop(const anatomy::Scene& scene, double friction, double way) {
+/// Pushed in by `direction` and drawn back.
+Loop loop(const anatomy::Scene& scene, double friction, double travel) {
     constexpr double lambda = 0.5, step = 0.05;
     const TubeWall wall(anatomy::draw(scene.path), scene.radius, lambda * scene.wall_stiffness, 0);
     Hub hub({}, wall);
@@ -379,7 +379,7 @@ Loop loop(const anatomy::Scene& scene, double friction, double way) {
     result.friction = friction;
     double force = feed(step);
     const double before = energy_of(wire, wall), lost_before = wire.friction_loss;
-    const int steps = static_cast<int>(std::lround(way / step));
+    const int steps = static_cast<int>(std::lround(travel / step));
     for (int k = 0; k < 2 * steps; ++k) {
         const double by = k < steps ? step : -step, next = feed(by);
         result.work += by * 0.5 * (force + next);
@@ -577,9 +577,9 @@ StudyResult run_devices(const StudyOptions& options) {
     const double critical = critical_stiffness(whips[0]);
     const double per_rigidity = whip(1000).stiffness / 1000;
     work.run(3, [&](int k) {
-        constexpr double shares[] = {3, 1.2, 0.85};
-        whips[k + 1] = whip(shares[k] * critical / per_rigidity);
-        return fmt::format("hub turned, {} of the critical stiffness", shares[k]);
+        constexpr double fractions[] = {3, 1.2, 0.85};
+        whips[k + 1] = whip(fractions[k] * critical / per_rigidity);
+        return fmt::format("hub turned, {} of the critical stiffness", fractions[k]);
     });
     // One at a time: they are timed.
     for (DeviceCost& cost : costs) measure(scene, options.quick ? 40 : 180, cost);
@@ -614,8 +614,8 @@ StudyResult run_devices(const StudyOptions& options) {
         "a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's [deg]",
         "whips: above 25", jump, jump > 25, "As above.");
     io::Table held{"devices_held", {"friction", "hub_deg", "end_deg", "lag_deg"}};
-    const auto near = [](double measured, double exact, double share) {
-        return std::abs(measured - exact) <= share * std::abs(exact);
+    const auto near = [](double measured, double exact, double fraction) {
+        return std::abs(measured - exact) <= fraction * std::abs(exact);
     };
     for (const HeldShaft& h : shafts) {
         for (const auto& [hub, end] : h.curve) held.add({h.friction, hub, end, h.exact});

@@ -40,14 +40,14 @@ Case tube_case(const std::string& name, const geometry::Polyline& path, double r
             end};
 }
 
-Case paper_case(const char* name, double share) {
+Case paper_case(const char* name, double fraction) {
     const anatomy::Scene& scene = *anatomy::find_scene(name);
     scenario::Device wire;
     wire.outer_diameter = 0.1;
     wire.sections = {{0, scene.rigidity, scene.rigidity}};
     return tube_case(name, anatomy::draw(scene.path), scene.radius,
                      scene.wall_stiffness / scene.segment_length, wire,
-                     share * scene.segments * scene.segment_length);
+                     fraction * scene.segments * scene.segment_length);
 }
 
 /// A hydrophilic wire of 0.035 in without friction, its torsion rigid.
@@ -141,8 +141,8 @@ double distance_to(const Chain& wire, const Vec3& x) {
     double nearest = std::numeric_limits<double>::infinity();
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3 from = x - wire.joints[i - 1];
-        const double way = std::clamp(from.dot(wire.tangents[i]), 0.0, wire.lengths[i]);
-        nearest = std::min(nearest, (from - way * wire.tangents[i]).norm());
+        const double along = std::clamp(from.dot(wire.tangents[i]), 0.0, wire.lengths[i]);
+        nearest = std::min(nearest, (from - along * wire.tangents[i]).norm());
     }
     return nearest;
 }

@@ -89,7 +89,7 @@ EnergyParts energy_parts(std::span<const ResolutionCurve> curves, const Resoluti
     p.eq_8 = constant_of_eq_8(first.coarse);
     p.uneven = change_of_curvature(first.coarse);
     p.fit = curves.front().fit;
-    p.wall_share = quantiles(curves, &ResolutionCurve::wall_share).median;
+    p.wall_fraction = quantiles(curves, &ResolutionCurve::wall_fraction).median;
     for (const physics::Chain* wire : {&first.coarse, &first.fine}) {
         double exact = 0, series = 0;
         for (int i = 1; i < wire->segments(); ++i) {
@@ -171,7 +171,8 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
                     -smooth.wall_gain, smooth.bending_gain, -in_pieces.wall_gain, in_pieces.bending_gain));
     equations.add(
         ClaimKind::Extension, "c1 is the wall's share of the energy at η = 1: c1 over it, smooth tube", 1.0,
-        smooth.fit.c1 / smooth.wall_share, near(smooth.fit.c1, smooth.wall_share, 2), "within a factor of 2",
+        smooth.fit.c1 / smooth.wall_fraction, near(smooth.fit.c1, smooth.wall_fraction, 2),
+        "within a factor of 2",
         "With k fixed at a joint, ΔU = U_wall(1 − 1/η) to first order, which says how much of U the "
         "published wall holds.");
 }

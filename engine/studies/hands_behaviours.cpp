@@ -36,7 +36,7 @@ public:
     /// within 90 mm of the root along the vessel; else 0 [mm].
     double leg_in_ascending_aorta(const Polyline&) const;
     BehaviourRun finish(double measured, bool appears, const std::string& note,
-                        script::Held shown = script::Held::Wire);
+                        script::DeviceRole shown = script::DeviceRole::Wire);
 
 private:
     BehaviourRun run_;
@@ -102,7 +102,7 @@ double Trial::depth_of_root() const {
     return 0;
 }
 
-BehaviourRun Trial::finish(double measured, bool appears, const std::string& note, script::Held shown) {
+BehaviourRun Trial::finish(double measured, bool appears, const std::string& note, script::DeviceRole shown) {
     run_.measured = measured, run_.appears = appears, run_.note = note;
     run_.samples = course.samples();
     run_.device = course.at(shown);
@@ -114,9 +114,9 @@ BehaviourRun Trial::finish(double measured, bool appears, const std::string& not
 namespace {
 
 using geometry::degree;
-using script::Held;
+using script::DeviceRole;
 
-double largest_push(const HandCourse& course, std::size_t first = 0, Held held = Held::Wire) {
+double largest_push(const HandCourse& course, std::size_t first = 0, DeviceRole held = DeviceRole::Wire) {
     double most = 0;
     const auto& samples = course.samples();
     for (std::size_t k = first; k < samples.size(); ++k)
@@ -201,9 +201,9 @@ BehaviourRun stick_slip(Trial& trial) {
         int count = 0;
         for (std::size_t n = first; n < course.samples().size(); ++n) {
             const HandReading& r = course.samples()[n].devices[0];
-            const double way = r.inserted - course.samples()[first - 1].devices[0].inserted;
-            if (way < 1) peak = std::max(peak, r.push);
-            if (way > 2) slides += r.push, ++count;
+            const double travel = r.inserted - course.samples()[first - 1].devices[0].inserted;
+            if (travel < 1) peak = std::max(peak, r.push);
+            if (travel > 2) slides += r.push, ++count;
         }
         slides /= count;
         ratio += peak / slides / times;
@@ -215,7 +215,7 @@ BehaviourRun stick_slip(Trial& trial) {
 BehaviourRun prolapse(Trial& trial) {
     HandCourse& course = trial.course;
     course.feed(50);
-    const WayBack back = way_back(course.samples(), 0, 0);
+    const Recoil back = recoil(course.samples(), 0, 0);
     const HandSample &from = course.samples()[back.from], &to = course.samples()[back.to];
     trial.draw("after");
     return trial.finish(
@@ -225,7 +225,7 @@ BehaviourRun prolapse(Trial& trial) {
 }
 
 BehaviourRun buckling(Trial& trial) {
-    const bool bowed = trial.course.feed(530, Held::Wire, [&] { return trial.course.last().buckled; });
+    const bool bowed = trial.course.feed(530, DeviceRole::Wire, [&] { return trial.course.last().buckled; });
     trial.draw("at the end");
     return trial.finish(largest_push(trial.course), bowed,
                         fmt::format("after {:.0f} mm; Euler's load of the shaft's 100 mm outside is {:.2f} N",
@@ -236,50 +236,50 @@ BehaviourRun buckling(Trial& trial) {
 BehaviourRun kick_back(Trial& trial) {
     HandCourse& course = trial.course;
     course.feed(50);
-    course.feed(40, Held::Microcatheter);
+    course.feed(40, DeviceRole::Microcatheter);
     trial.draw("before");
     const std::size_t first = course.samples().size() - 1;
     course.begin();
-    course.feed(75, Held::Wire, [&] { return course.last().buckled; });
+    course.feed(75, DeviceRole::Wire, [&] { return course.last().buckled; });
     trial.draw("after");
-    const std::size_t device = course.at(Held::Microcatheter);
-    const WayBack back = way_back(course.samples(), device, first);
+    const std::size_t device = course.at(DeviceRole::Microcatheter);
+    const Recoil back = recoil(course.samples(), device, first);
     const auto& samples = course.samples();
     return trial.finish(
         back.length, back.length > 1,
         fmt::format("the microcatheter's tip, its hub held; the wire {:.0f} to {:.0f} mm inside",
                     samples[back.from].devices[0].inserted, samples[back.to].devices[0].inserted),
-        Held::Microcatheter);
+        DeviceRole::Microcatheter);
 }
 
 BehaviourRun deep_seating(Trial& trial) {
     HandCourse& course = trial.course;
     course.begin();
-    const bool bowed =
-        course.feed(112, Held::Catheter, [&] { return course.last().buckled || course.last().refused; });
+    const bool bowed = course.feed(112, DeviceRole::Catheter,
+                                   [&] { return course.last().buckled || course.last().refused; });
     trial.draw("at the end");
-    const HandReading& end = course.reading(Held::Catheter);
+    const HandReading& end = course.reading(DeviceRole::Catheter);
     return trial.finish(end.inserted, end.inserted > 15,
                         fmt::format("in {}, {} at {:.2f} N", trial.vessel_at(end.tip),
                                     bowed ? "the shaft bows" : "the way ends", end.push),
-                        Held::Catheter);
+                        DeviceRole::Catheter);
 }
 
 BehaviourRun wire_drag(Trial& trial) {
     HandCourse& course = trial.course;
     const double inside = course.reading().inserted;
     course.begin();
-    course.feed(30, Held::Catheter);
+    course.feed(30, DeviceRole::Catheter);
     const double on = course.reading().inserted - inside;
     course.begin();
-    course.feed(-60, Held::Catheter);
+    course.feed(-60, DeviceRole::Catheter);
     trial.draw("after");
     const double back = course.reading().inserted - inside - on;
     const double most = std::max(std::abs(on) / 30, std::abs(back) / 60);
     return trial.finish(
         most, most > 0.02,
         fmt::format("the wire goes {:.2f} mm with the catheter in, {:.2f} mm with it out", on, back),
-        Held::Catheter);
+        DeviceRole::Catheter);
 }
 
 /// By the left subclavian artery, as physicians make it. The wire leads into the artery, the catheter follows
@@ -291,27 +291,28 @@ BehaviourRun reformed_simmons(Trial& trial) {
     constexpr int parts = 24;
     HandCourse& course = trial.course;
     course.turn_step = Trial::far_turn;
-    course.feed(into_artery, Held::All);
-    course.feed(knee_at_mouth, Held::Catheter);
+    course.feed(into_artery, DeviceRole::All);
+    course.feed(knee_at_mouth, DeviceRole::Catheter);
     course.feed(-below_knee);
     trial.draw("knee at the mouth");
     course.begin();
     double leg = 0, pushed = 0, past = 0;
     for (int part = 0; part < parts; ++part) {
-        course.turn(twisted / parts, Held::Catheter);
-        course.feed(on / parts, Held::Catheter);
-        const Polyline path = course.path(Held::Catheter);
+        course.turn(twisted / parts, DeviceRole::Catheter);
+        course.feed(on / parts, DeviceRole::Catheter);
+        const Polyline path = course.path(DeviceRole::Catheter);
         leg = std::max(leg, trial.leg_in_ascending_aorta(path));
-        pushed = std::max(pushed, course.reading(Held::Catheter).push);
+        pushed = std::max(pushed, course.reading(DeviceRole::Catheter).push);
         past = std::max(past, trial.past_junction(path));
     }
     trial.draw("at the end");
-    const Trial::Place tip = trial.place_of(course.reading(Held::Catheter).tip);
-    return trial.finish(leg, leg > 15 && past < trial.depth_of_root(),
-                        fmt::format("the tip ends in {}, {:.0f} mm along it, with {:.0f} mm inside; push up "
-                                    "to {:.2f} N; 65 mm in the catalogue's shape",
-                                    tip.vessel, tip.along, course.reading(Held::Catheter).inserted, pushed),
-                        Held::Catheter);
+    const Trial::Place tip = trial.place_of(course.reading(DeviceRole::Catheter).tip);
+    return trial.finish(
+        leg, leg > 15 && past < trial.depth_of_root(),
+        fmt::format("the tip ends in {}, {:.0f} mm along it, with {:.0f} mm inside; push up "
+                    "to {:.2f} N; 65 mm in the catalogue's shape",
+                    tip.vessel, tip.along, course.reading(DeviceRole::Catheter).inserted, pushed),
+        DeviceRole::Catheter);
 }
 
 /// The hub is drawn back until the tip has moved by a millimetre.
@@ -323,7 +324,7 @@ BehaviourRun release(Trial& trial) {
     course.begin();
     trial.fine_steps();
     const bool follows =
-        course.feed(-40, Held::Wire, [&] { return (course.reading().tip - tip).norm() > 1; });
+        course.feed(-40, DeviceRole::Wire, [&] { return (course.reading().tip - tip).norm() > 1; });
     trial.draw("released");
     const double back = inside - course.reading().inserted;
     return trial.finish(follows ? back : std::nan(""), follows && back > 1.5,
@@ -353,7 +354,7 @@ BehaviourRun root_loop(Trial& trial) {
 
 BehaviourRun straightening(Trial& trial) {
     double most = 0, at = 0;
-    trial.course.feed(430, Held::Wire, [&] {
+    trial.course.feed(430, DeviceRole::Wire, [&] {
         const double now = trial.course.last().vessel_moved;
         if (now > most) most = now, at = trial.course.reading().inserted;
         return trial.course.last().buckled;
@@ -367,16 +368,16 @@ BehaviourRun straightening(Trial& trial) {
 BehaviourRun wedge(Trial& trial) {
     HandCourse& course = trial.course;
     trial.fine_steps();
-    const bool bowed = course.feed(60, Held::Wire, [&] { return course.last().buckled; });
+    const bool bowed = course.feed(60, DeviceRole::Wire, [&] { return course.last().buckled; });
     trial.draw("at the end");
     const double end = course.reading().inserted;
     std::size_t k = course.samples().size() - 1;
     while (k > 0 && course.samples()[k].devices[0].inserted > end - 5) --k;
     const HandReading& before = course.samples()[k].devices[0];
-    const double way = (course.reading().tip - before.tip).norm();
-    return trial.finish(course.reading().push - before.push, bowed && way < 4,
+    const double travel = (course.reading().tip - before.tip).norm();
+    return trial.finish(course.reading().push - before.push, bowed && travel < 4,
                         fmt::format("in {}; the tip goes {:.1f} mm of the 5, the push rises to {:.2f} N",
-                                    trial.vessel_at(course.reading().tip), way, course.reading().push));
+                                    trial.vessel_at(course.reading().tip), travel, course.reading().push));
 }
 
 const Behaviour all[] = {
@@ -481,15 +482,15 @@ std::span<const Behaviour> behaviours() {
     return all;
 }
 
-WayBack way_back(std::span<const HandSample> samples, std::size_t device, std::size_t first) {
-    WayBack most;
-    double way = 0, farthest = 0;
+Recoil recoil(std::span<const HandSample> samples, std::size_t device, std::size_t first) {
+    Recoil most;
+    double travel = 0, farthest = 0;
     std::size_t from = first;
     for (std::size_t k = first + 1; k < samples.size(); ++k) {
         const HandReading &a = samples[k - 1].devices[device], &b = samples[k].devices[device];
-        way += (b.tip - a.tip).dot(a.along);
-        if (way > farthest) farthest = way, from = k;
-        if (farthest - way > most.length) most = {farthest - way, from, k};
+        travel += (b.tip - a.tip).dot(a.along);
+        if (travel > farthest) farthest = travel, from = k;
+        if (farthest - travel > most.length) most = {farthest - travel, from, k};
     }
     return most;
 }

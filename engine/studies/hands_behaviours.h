@@ -52,11 +52,11 @@ std::span<const Behaviour> behaviours();
 
 /// The farthest that a device's tip went back along its own direction while its hub was pushed on, over the
 /// samples from `first` on; where it began and how far it had come there [mm].
-struct WayBack {
+struct Recoil {
     double length = 0;  // [mm]
     std::size_t from = 0, to = 0;
 };
-WayBack way_back(std::span<const HandSample>, std::size_t device, std::size_t first);
+Recoil recoil(std::span<const HandSample>, std::size_t device, std::size_t first);
 
 /// Distance across the first loop of the path, `behind` its farthest point in the direction that it came
 /// from; not a number where the path nowhere comes back so far [mm].

@@ -11,10 +11,10 @@
 namespace studies {
 namespace {
 
-constexpr double explained = 0.01;     // share of a step's work
+constexpr double explained = 0.01;     // fraction of a step's work
 constexpr double least_energy = 1e-4;  // below this nothing is made again [N·mm]
 constexpr int parts_of_a_step = 8;
-constexpr double whole_jump = 0.5;  // share of what was missing that one part must have
+constexpr double whole_jump = 0.5;  // fraction of what was missing that one part must have
 
 /// Turn of the material at the distal end against the hub's at the start, unwound [rad].
 double distal_roll(const physics::Device& device) {
@@ -60,7 +60,7 @@ HandCourse::HandCourse(const StudyOptions& options, const HandScene& scene) {
     samples_.push_back(read());
 }
 
-std::size_t HandCourse::at(script::Held held) const {
+std::size_t HandCourse::at(script::DeviceRole held) const {
     const auto devices = simulation_->devices();
     const auto found = std::find_if(devices.begin(), devices.end(),
                                     [&](const scenario::PlacedDevice& d) { return d.role == held; });
@@ -158,7 +158,7 @@ bool HandCourse::go(const std::function<script::Command(double)>& command, doubl
     return false;
 }
 
-bool HandCourse::feed(double mm, script::Held held, const std::function<bool()>& until) {
+bool HandCourse::feed(double mm, script::DeviceRole held, const std::function<bool()>& until) {
     const auto command = [held](double by) -> script::Command {
         if (by < 0) return script::Withdraw{-by, held};
         return script::Advance{by, held};
@@ -166,7 +166,7 @@ bool HandCourse::feed(double mm, script::Held held, const std::function<bool()>&
     return go(command, mm, feed_step, until);
 }
 
-bool HandCourse::turn(double rad, script::Held held, const std::function<bool()>& until) {
+bool HandCourse::turn(double rad, script::DeviceRole held, const std::function<bool()>& until) {
     return go(
         [held](double by) -> script::Command {
             return script::Rotate{by, held};

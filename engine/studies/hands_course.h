@@ -66,8 +66,10 @@ public:
 
     /// Feeds or turns by `step` a frame; ends early where `until` holds after one, and returns whether it
     /// did. What a hand at another device's hub does is counted alike.
-    bool feed(double mm, script::Held = script::Held::Wire, const std::function<bool()>& until = {});
-    bool turn(double rad, script::Held = script::Held::Wire, const std::function<bool()>& until = {});
+    bool feed(double mm, script::DeviceRole = script::DeviceRole::Wire,
+              const std::function<bool()>& until = {});
+    bool turn(double rad, script::DeviceRole = script::DeviceRole::Wire,
+              const std::function<bool()>& until = {});
     /// Holds still.
     void hold(int frames);
     /// What follows is another part of the course, of which the samples are told apart.
@@ -82,12 +84,14 @@ public:
     const std::vector<HandSample>& samples() const { return samples_; }
     const HandSample& last() const { return samples_.back(); }
     /// Place of a device in the samples' lists.
-    std::size_t at(script::Held) const;
-    const HandReading& reading(script::Held held = script::Held::Wire) const {
+    std::size_t at(script::DeviceRole) const;
+    const HandReading& reading(script::DeviceRole held = script::DeviceRole::Wire) const {
         return last().devices[at(held)];
     }
     /// From the introducer to where the device ends.
-    Polyline path(script::Held held = script::Held::Wire) const { return simulation_->path_of(held); }
+    Polyline path(script::DeviceRole held = script::DeviceRole::Wire) const {
+        return simulation_->path_of(held);
+    }
     HandBalance balance() const;
 
 private:

@@ -112,12 +112,12 @@ double tic_step(double range) {
 
 /// What the devices cover and a margin, neither side less than 0.6 of the other, so that axes can be read.
 std::string range_of_drawing(const BehaviourRun& run, int across, int up) {
-    constexpr double margin = 12, least_share = 0.6;
+    constexpr double margin = 12, least_fraction = 0.6;
     Vec3 low = Vec3::Constant(1e9), high = -low;
     for (const DrawnPath& path : run.paths)
         for (const Vec3& x : path.points) low = low.cwiseMin(x), high = high.cwiseMax(x);
     for (const auto& [narrow, wide] : {std::pair{across, up}, {up, across}})
-        if (const double lacks = least_share * (high[wide] - low[wide]) - (high[narrow] - low[narrow]);
+        if (const double lacks = least_fraction * (high[wide] - low[wide]) - (high[narrow] - low[narrow]);
             lacks > 0)
             low[narrow] -= 0.5 * lacks, high[narrow] += 0.5 * lacks;
     return fmt::format("set xrange [{:.0f}:{:.0f}]\nset yrange [{:.0f}:{:.0f}]\nset xtics {}\n",
@@ -199,7 +199,7 @@ io::Table curve_table(std::span<const BehaviourRun> runs) {
     io::Table table{"hands_curves", curve_columns()};
     for (const BehaviourRun& run : runs) {
         const std::size_t every = 1 + run.samples.size() / most_rows;
-        double way = 0;
+        double travel = 0;
         Vec3 first = Vec3::Zero();
         int chapter = -1;
         for (std::size_t k = 0; k < run.samples.size(); ++k) {
@@ -207,7 +207,7 @@ io::Table curve_table(std::span<const BehaviourRun> runs) {
             const HandReading& r = s.devices[run.device];
             if (k > 0) {
                 const HandReading& before = run.samples[k - 1].devices[run.device];
-                way += (r.tip - before.tip).dot(before.along);
+                travel += (r.tip - before.tip).dot(before.along);
             }
             if (s.chapter != chapter) chapter = s.chapter, first = r.along;
             const bool jumps = s.jumped || (k + 1 < run.samples.size() && run.samples[k + 1].jumped);
@@ -228,7 +228,7 @@ io::Table curve_table(std::span<const BehaviourRun> runs) {
                        r.torque,
                        r.tip_roll / degree,
                        std::acos(std::clamp(r.along.dot(first), -1.0, 1.0)) / degree,
-                       way,
+                       travel,
                        s.vessel_moved,
                        s.contact_force,
                        s.work,

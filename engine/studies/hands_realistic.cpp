@@ -15,7 +15,7 @@ SlowHand::Motion SlowHand::next(double dt, std::span<const scenario::PlacedDevic
         wanted_turn_ = unit() < 0.4 ? fastest_turn * (2 * unit() - 1) * unit() : 0;
         if (devices.size() > 1) {
             const std::size_t k = random_() % (devices.size() + 1);
-            held_ = k < devices.size() ? devices[k].role : script::Held::All;
+            held_ = k < devices.size() ? devices[k].role : script::DeviceRole::All;
         }
     }
     now_ += dt;
@@ -28,7 +28,7 @@ SlowHand::Motion SlowHand::next(double dt, std::span<const scenario::PlacedDevic
     return {held_, of(feed_, 1e-3), of(turn_, 1e-4)};
 }
 
-script::Held SlowHand::act(exercise::Simulation& simulation) {
+script::DeviceRole SlowHand::act(exercise::Simulation& simulation) {
     const Motion motion = next(1 / simulation.scenario().frame_rate, simulation.devices());
     if (motion.feed > 0) simulation.apply(script::Advance{motion.feed, motion.held});
     if (motion.feed < 0) simulation.apply(script::Withdraw{-motion.feed, motion.held});
@@ -42,7 +42,7 @@ void play_slowly(exercise::Simulation& simulation, std::uint32_t seed, int frame
     simulation.reset();
     SlowHand hand(seed);
     for (int frame = 0; frame < frames; ++frame) {
-        const script::Held held = hand.act(simulation);
+        const script::DeviceRole held = hand.act(simulation);
         const exercise::StepReport report = simulation.step();
         ++felt.frames;
         felt.buckled += report.buckled;
@@ -51,7 +51,7 @@ void play_slowly(exercise::Simulation& simulation, std::uint32_t seed, int frame
         felt.not_at_rest += !simulation.readings().at_rest;
         double push = -1e9;
         for (const scenario::PlacedDevice& device : simulation.devices()) {
-            if (held != script::Held::All && device.role != held) continue;
+            if (held != script::DeviceRole::All && device.role != held) continue;
             const double load = simulation.hand(device.role).load.push;
             push = std::max(push, load);
             felt.largest_pull = std::max(felt.largest_pull, -load);
@@ -101,7 +101,7 @@ std::vector<FeltPushes> feel_pushes(const StudyOptions& options, int frames,
     const int count = static_cast<int>(files.size()), hands = options.quick ? 1 : realistic_hands;
     std::vector<FeltPushes> all(files.size());
     geometry::for_each_index(count, options.threads, [&](int k) {
-        const auto share = [&](int piece) {
+        const auto fraction = [&](int piece) {
             return static_cast<int>(1LL * frames * piece / (count * hands));
         };
         exercise::Simulation simulation(
@@ -109,7 +109,7 @@ std::vector<FeltPushes> feel_pushes(const StudyOptions& options, int frames,
         FeltPushes& felt = all[static_cast<std::size_t>(k)];
         felt.scenario = simulation.scenario().name;
         for (int hand = 1; hand <= hands; ++hand) {
-            const int piece = k * hands + hand, some = share(piece) - share(piece - 1);
+            const int piece = k * hands + hand, some = fraction(piece) - fraction(piece - 1);
             play_slowly(simulation, static_cast<std::uint32_t>(hand), some, felt);
             done(felt.scenario, some);
         }

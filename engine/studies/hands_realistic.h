@@ -23,7 +23,7 @@ public:
 
     /// Of one frame.
     struct Motion {
-        script::Held held = script::Held::Wire;
+        script::DeviceRole held = script::DeviceRole::Wire;
         double feed = 0, turn = 0;  // [mm], [rad]
     };
 
@@ -31,7 +31,7 @@ public:
     /// What it does in the next frame of dt [s].
     Motion next(double dt, std::span<const scenario::PlacedDevice>);
     /// Performs the hand's next frame; returns the device that it holds.
-    script::Held act(exercise::Simulation&);
+    script::DeviceRole act(exercise::Simulation&);
     /// Whether the last frame fed inward.
     bool pushes() const { return feed_ > 0; }
 
@@ -40,7 +40,7 @@ private:
     std::mt19937 random_;
     double feed_ = 0, turn_ = 0, wanted_feed_ = 0, wanted_turn_ = 0;  // [mm/s], [rad/s]
     double now_ = 0, until_ = 0;                                      // [s]
-    script::Held held_ = script::Held::Wire;
+    script::DeviceRole held_ = script::DeviceRole::Wire;
 };
 
 /// Of one exercise.

@@ -28,7 +28,7 @@ double through(const std::vector<double>& energies, const std::vector<double>& w
     return sum;
 }
 
-/// `count` energies, each the mean of an equal share of the signal that 210 mm of soft tissue leave.
+/// `count` energies, each the mean of an equal fraction of the signal that 210 mm of soft tissue leave.
 Stand equal_signal(const Spectrum& spectrum, int count) {
     const auto tissue = [](double energy) {
         return std::exp(-210 * render::attenuation(Material::SoftTissue, energy));

@@ -114,7 +114,7 @@ ModelCourse play(const Scenario& shipped, const script::CommandScript& solution,
 
 struct TipError {
     double rms = 0, median = 0, most = 0;  // [mm]
-    double share = 0;                      // of frames that are more than 5 mm off [-]
+    double fraction = 0;                   // of frames that are more than 5 mm off [-]
 };
 constexpr double elsewhere = 5;  // [mm]: in another place of the vessel, or another vessel
 
@@ -126,7 +126,7 @@ TipError between(const ModelCourse& one, const ModelCourse& other) {
     for (const double e : off) {
         error.rms += e * e / static_cast<double>(off.size());
         error.most = std::max(error.most, e);
-        error.share += (e > elsewhere) / static_cast<double>(off.size());
+        error.fraction += (e > elsewhere) / static_cast<double>(off.size());
     }
     error.rms = std::sqrt(error.rms);
     if (!off.empty()) error.median = quantile(off, 0.5);
@@ -136,7 +136,7 @@ TipError between(const ModelCourse& one, const ModelCourse& other) {
 /// What a model leaves out of a shaft's twist, against the one that has it.
 struct LeftOut {
     double stated = 0, found = 0;  // largest in the course [rad]
-    double share = 0;              // of frames in which no more is found than is stated [-]
+    double fraction = 0;           // of frames in which no more is found than is stated [-]
 };
 LeftOut left_out(const ModelCourse& model, const ModelCourse& full) {
     LeftOut result;
@@ -145,7 +145,7 @@ LeftOut left_out(const ModelCourse& model, const ModelCourse& full) {
         const double found = std::abs(full.wound[k] - model.wound[k]);
         result.stated = std::max(result.stated, model.left_out[k]);
         result.found = std::max(result.found, found);
-        result.share += (found <= model.left_out[k] + 0.1 * degree) / static_cast<double>(count);
+        result.fraction += (found <= model.left_out[k] + 0.1 * degree) / static_cast<double>(count);
     }
     return result;
 }
@@ -153,8 +153,9 @@ LeftOut left_out(const ModelCourse& model, const ModelCourse& full) {
 /// What `auto` states of vessels that stay, against how far the full model's are pushed aside then.
 struct GiveLeftOut {
     double stated = 0, found = 0;  // largest in the frames in which they stay [mm]
-    double stay = 0, within = 0;   // share of all frames; of those in which no more is found than stated [-]
-    double most = 0;               // found in any frame [mm]
+    double stay = 0,
+           within = 0;  // fraction of all frames; of those in which no more is found than stated [-]
+    double most = 0;    // found in any frame [mm]
 };
 GiveLeftOut give_left_out(const ModelCourse& model, const ModelCourse& full) {
     GiveLeftOut result;
@@ -202,7 +203,7 @@ io::Table figures(const std::vector<Played>& all) {
             if (!course.refused.empty()) continue;
             const TipError error = between(course, all[r].courses[models[m].against]);
             table.add({static_cast<double>(r), m, all[r].name, std::string(models[m].name),
-                       course.milliseconds, error.rms, error.median, error.most, error.share,
+                       course.milliseconds, error.rms, error.median, error.most, error.fraction,
                        course.milliseconds / all[r].courses[Full].milliseconds, course.changes,
                        course.restless});
         }
@@ -241,22 +242,22 @@ io::Table stated(const std::vector<Played>& all, StudyResult& result) {
         const ModelCourse &full = p.courses[Full], &rigid = p.courses[Rigid], &whole = p.courses[Whole];
         const LeftOut r = left_out(rigid, full), w = left_out(whole, full);
         const GiveLeftOut v = give_left_out(p.courses[Auto], full);
-        table.add({p.name, r.stated / degree, r.found / degree, r.share, rigid.left_out_at_tip,
-                   between(rigid, full).most, w.stated / degree, w.found / degree, w.share,
+        table.add({p.name, r.stated / degree, r.found / degree, r.fraction, rigid.left_out_at_tip,
+                   between(rigid, full).most, w.stated / degree, w.found / degree, w.fraction,
                    whole.left_out_at_tip, between(whole, full).most, v.stay, v.stated, v.found, v.within,
                    v.most});
-        rigid_within.push_back(r.share);
-        whole_within.push_back(w.share);
+        rigid_within.push_back(r.fraction);
+        whole_within.push_back(w.fraction);
         const bool could = v.stay > 0 && v.most > 0;
         staying += could;
         vessels += could && v.found <= v.stated;
     }
     if (all.empty()) return table;
     const auto claim = [&](const char* what, const std::vector<double>& within) {
-        const double share = quantile(within, 0.5);
+        const double fraction = quantile(within, 0.5);
         result.claim(
             fmt::format("frames in which {} leaves out no more twist than it states, median exercise", what),
-            "at least 0.95", share, share >= 0.95, "");
+            "at least 0.95", fraction, fraction >= 0.95, "");
     };
     claim("a rigid shaft", rigid_within);
     claim("a shaft wound up as a whole", whole_within);

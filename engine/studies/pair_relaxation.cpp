@@ -71,7 +71,7 @@ struct Summary {
     int pairs = 0;
     double synergy = 0;      // energy released together over that released alone, each summed over the pairs
     double cosine = 0;       // median
-    double opposite = 0;     // share of pairs whose turns are against each other
+    double opposite = 0;     // fraction of pairs whose turns are against each other
     double interaction = 0;  // median
     double between = 0;      // mean number of joints in touch between
 };

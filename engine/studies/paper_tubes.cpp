@@ -32,7 +32,7 @@ struct Tried {
     ResolutionTube tube;
     double at_three = 0;         // ΔU/U at η = 3, Fig. 13
     double c1 = 0, c2 = 0;       // of Eq. 40
-    double within = 0;           // share of |d| of Fig. 18 within 5 µm
+    double within = 0;           // fraction of |d| of Fig. 18 within 5 µm
     double median = 0, p95 = 0;  // of |d| [mm]
     int touching = 0;
     double gradient = 0;  // largest |g|/C of all rests

@@ -111,7 +111,7 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
                         {"lines", lines.empty() ? "plot NaN" : lines}});
 }
 
-/// Sizes of the study. Work is a share of what each method may do at most.
+/// Sizes of the study. Work is a fraction of what each method may do at most.
 struct Scale {
     int pushes, sweep_pushes;
     double push_work, sweep_work, cold_work, floor_work;
@@ -147,10 +147,10 @@ bool needs_more(const ParetoSpeed& a, const ParetoSpeed& b) {
 }
 
 std::string needs(const ParetoSpeed& s) {
-    const std::string share = fmt::format("{:.0f} % of the pushes", 100 * s.reached);
+    const std::string fraction = fmt::format("{:.0f} % of the pushes", 100 * s.reached);
     return std::isfinite(s.work.wall_queries)
-               ? fmt::format("{}, {:.0f} wall queries in the median", share, s.work.wall_queries)
-               : share;
+               ? fmt::format("{}, {:.0f} wall queries in the median", fraction, s.work.wall_queries)
+               : fraction;
 }
 
 void claim_order(const std::vector<ParetoMethod>& methods, const std::vector<ParetoCourses>& courses,

@@ -64,19 +64,19 @@ ParetoCourse measured(End end, const ParetoVessel& vessel, const Chain& start, c
     return course;
 }
 
-int part(const ParetoMethod& method, int most, double share) {
-    return method.newton ? most : std::max(1, static_cast<int>(most * share));
+int part(const ParetoMethod& method, int most, double fraction) {
+    return method.newton ? most : std::max(1, static_cast<int>(most * fraction));
 }
 
 }  // namespace
 
 ParetoCourse from_centreline(const ParetoVessel& vessel, const ParetoMethod& method, int series,
-                             double share) {
+                             double fraction) {
     const Chain start = vessel.wire(vessel.segments);
     const Chain rest = global_rest(*vessel.wall, start).wire;
     const auto runner = method.make(vessel, false);
-    return measured(watch(*runner, start, method, part(method, method.most_cold, share), series, 2), vessel,
-                    start, rest);
+    return measured(watch(*runner, start, method, part(method, method.most_cold, fraction), series, 2),
+                    vessel, start, rest);
 }
 
 std::vector<ParetoPush> pareto_pushes(const ParetoVessel& vessel, int count) {
@@ -99,18 +99,18 @@ std::vector<ParetoPush> pareto_pushes(const ParetoVessel& vessel, int count) {
 }
 
 ParetoCourse course_of(const ParetoVessel& vessel, const ParetoMethod& method, const ParetoPush& push,
-                       int series, double share) {
+                       int series, double fraction) {
     const auto runner = method.make(vessel, true);
     runner->remember(push.before);
-    return measured(watch(*runner, push.pushed, method, part(method, method.most_push, share), series, 1),
+    return measured(watch(*runner, push.pushed, method, part(method, method.most_push, fraction), series, 1),
                     vessel, push.pushed, push.rest);
 }
 
-ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, double share) {
+ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, double fraction) {
     const Chain rest = global_rest(*vessel.wall, vessel.wire(vessel.segments)).wire;
     const auto runner = method.make(vessel, false);
     const ParetoCourse course = measured(
-        watch(*runner, rest, method, part(method, 2 * method.most_cold, share), 0, 2), vessel, rest, rest);
+        watch(*runner, rest, method, part(method, 2 * method.most_cold, fraction), 0, 2), vessel, rest, rest);
     return {course.points.back().deviation, course.end};
 }
 

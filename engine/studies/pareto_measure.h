@@ -36,7 +36,7 @@ struct ParetoCourse {
 };
 
 /// From the centreline. `global_rest` is where the global relaxer comes to rest.
-ParetoCourse from_centreline(const ParetoVessel&, const ParetoMethod&, int series, double share_of_work);
+ParetoCourse from_centreline(const ParetoVessel&, const ParetoMethod&, int series, double fraction_of_work);
 
 /// A wire at rest, and what the method gets: one more segment at its tip.
 struct ParetoPush {
@@ -46,7 +46,7 @@ struct ParetoPush {
 /// Pushes spread over the tube from 0.4 N on; between them the wire is pushed by the global relaxer.
 std::vector<ParetoPush> pareto_pushes(const ParetoVessel&, int count);
 ParetoCourse course_of(const ParetoVessel&, const ParetoMethod&, const ParetoPush&, int series,
-                       double share_of_work);
+                       double fraction_of_work);
 
 /// Farthest joint of the method's own end of a long run from the rest that this leads to: what is left when
 /// all its work is done [mm]. The run starts at the global relaxer's rest of the whole wire.
@@ -54,7 +54,7 @@ struct ParetoFloor {
     double distance = 0;  // [mm]
     std::string end;
 };
-ParetoFloor floor_of(const ParetoVessel&, const ParetoMethod&, double share_of_work);
+ParetoFloor floor_of(const ParetoVessel&, const ParetoMethod&, double fraction_of_work);
 
 /// Courses of one method over the pushes of one or all tubes.
 using ParetoCourses = std::vector<const ParetoCourse*>;
@@ -66,7 +66,7 @@ inline constexpr double no_figure = std::numeric_limits<double>::quiet_NaN();
 struct ParetoSpeed {
     double cpu_ms = 0;   // NaN where less than half of the pushes get there
     ParetoWork work;     // of the median, NaN with it
-    double reached = 0;  // share of the pushes
+    double reached = 0;  // fraction of the pushes
 };
 ParetoSpeed speed_at(const ParetoCourses&, double accuracy);
 

@@ -363,7 +363,7 @@ StudyResult run_resolution(const StudyOptions& options) {
         for (const auto what :
              {&ResolutionCurve::at_three, &ResolutionCurve::mean_change, &ResolutionCurve::largest_change,
               &ResolutionCurve::separation, &ResolutionCurve::spread, &ResolutionCurve::bent_over_straight,
-              &ResolutionCurve::wall_share})
+              &ResolutionCurve::wall_fraction})
             numbers.push_back(quantiles(curves, what).median);
         numbers.push_back(gradient);
         std::vector<io::TableCell> cells(numbers.begin(), numbers.end());

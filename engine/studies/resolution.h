@@ -61,11 +61,11 @@ struct ResolutionCurve {
     double largest = 0;                           // |ΔU/U| over all
     double mean_change = 0, largest_change = 0;   // of ΔU/U from one N' to the next
     double lower_scatter = 0, upper_scatter = 0;  // rms about the fit in the halves of N'
-    double wall_share = 0;                        // of the energy at η = 1
+    double wall_fraction = 0;                     // of the energy at η = 1
     double separation = 0, spread = 0;            // mean and standard deviation, coarse from finest wire [mm]
     double bent_over_straight = 0;                // mean separation of the more bent half over the other
     double found_again =
-        0;  // share of rests found again within the published accuracy, 3e-5; nan = not tried
+        0;  // fraction of rests found again within the published accuracy, 3e-5; nan = not tried
 };
 
 /// All wires rest as one wire does: the finest comes to rest from the centreline, and the others from its
@@ -87,13 +87,13 @@ struct EnergyParts {
     double eq_8 = 0;        // its constant ⟨θ⁴⟩/(24⟨θ²⟩) at η = 1
     double same_shape = 0;  // that constant measured, of one curve divided ever more finely
     double uneven = 0;  // ⟨|Δθ|²⟩/(6⟨θ²⟩): what angles between chords miss where curvature changes
-    double linear = 0;        // rms of ΔU_wall about Υ(1 − 1/η), over its value at the finest
-    double upsilon = 0;       // Υ/U, fitted
-    double slope = 0;         // Υ/U by Eq. 16', from η up to 1.2
-    double bending_gain = 0;  // ΔU_bend/U at the finest, median over the offsets
-    double wall_gain = 0;     // ΔU_wall/U there
-    double wall_share = 0;    // of U at η = 1, median
-    Fit fit;                  // of the first curve
+    double linear = 0;         // rms of ΔU_wall about Υ(1 − 1/η), over its value at the finest
+    double upsilon = 0;        // Υ/U, fitted
+    double slope = 0;          // Υ/U by Eq. 16', from η up to 1.2
+    double bending_gain = 0;   // ΔU_bend/U at the finest, median over the offsets
+    double wall_gain = 0;      // ΔU_wall/U there
+    double wall_fraction = 0;  // of U at η = 1, median
+    Fit fit;                   // of the first curve
 };
 
 /// Of one tube; `curves` are its offsets, one or more.

@@ -109,7 +109,7 @@ ResolutionCurve resolution_curve(const ResolutionTube& tube, const Resolution& r
     const double base = c.points.front().energy();
     c.fit = least_squares(c.points);
     c.at_three = c.points.back().energy() / base - 1;
-    c.wall_share = c.points.front().wall / base;
+    c.wall_fraction = c.points.front().wall / base;
     double found = 0;
     for (std::size_t k = 0; k < c.points.size(); ++k) {
         const Resolved& p = c.points[k];

@@ -20,16 +20,17 @@ constexpr std::size_t most_incidents = 1000;  // in the table
 std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Work& work) {
     std::vector<TubeCourse> courses;
     for (int left = pushes; left > 0;) {
-        std::vector<int> shares;  // of the tubes to come
+        std::vector<int> fractions;  // of the tubes to come
         const std::size_t first = courses.size();
-        for (int planned = 0; planned < left; planned += shares.back()) {
-            const int whole = random_tube(first + shares.size()).segments - segments_at_start;
-            shares.push_back(std::min(whole, left - planned));
+        for (int planned = 0; planned < left; planned += fractions.back()) {
+            const int whole = random_tube(first + fractions.size()).segments - segments_at_start;
+            fractions.push_back(std::min(whole, left - planned));
         }
-        courses.resize(first + shares.size());
-        geometry::for_each_index(static_cast<int>(shares.size()), options.threads, [&](int k) {
+        courses.resize(first + fractions.size());
+        geometry::for_each_index(static_cast<int>(fractions.size()), options.threads, [&](int k) {
             TubeCourse& course = courses[first + static_cast<std::size_t>(k)];
-            course = push_through(first + static_cast<std::size_t>(k), shares[static_cast<std::size_t>(k)]);
+            course =
+                push_through(first + static_cast<std::size_t>(k), fractions[static_cast<std::size_t>(k)]);
             work.tell(fmt::format("random tube, seed {}", course.seed), course.pushes);
         });
         for (std::size_t k = first; k < courses.size(); ++k) left -= courses[k].pushes;
@@ -52,12 +53,14 @@ std::vector<WildRun> play_all(const StudyOptions& options, int frames, Work& wor
     const int count = static_cast<int>(scenarios.size()), of = hand_count(options);
     std::vector<WildRun> runs(scenarios.size());
     geometry::for_each_index(count, options.threads, [&](int k) {
-        const auto share = [&](int piece) { return static_cast<int>(1LL * frames * piece / (count * of)); };
+        const auto fraction = [&](int piece) {
+            return static_cast<int>(1LL * frames * piece / (count * of));
+        };
         exercise::Simulation simulation(scenarios[k], options.cache);
         const WildJudge judge(simulation);
         runs[k].scenario = scenarios[k].name;
         for (int hand = 1; hand <= of; ++hand) {
-            const int piece = k * of + hand, some = share(piece) - share(piece - 1);
+            const int piece = k * of + hand, some = fraction(piece) - fraction(piece - 1);
             runs[k].tally.add(play_wildly(simulation, judge, static_cast<std::uint32_t>(hand), some));
             work.tell(fmt::format("{}, hand {}", runs[k].scenario, hand), some);
         }
@@ -105,8 +108,8 @@ io::Table tube_table(const std::vector<TubeCourse>& courses) {
     rows.push_back({fmt::format("all {}", courses.size()), sum});
     const auto of = [](auto member) { return [member](const TubeRow& r) { return r.course.*member; }; };
     const auto in = [](auto member) { return [member](const TubeRow& r) { return r.course.tube.*member; }; };
-    const auto time = [](double share) {
-        return [share](const TubeRow& r) { return quantile(r.course.times, share); };
+    const auto time = [](double fraction) {
+        return [fraction](const TubeRow& r) { return quantile(r.course.times, fraction); };
     };
     return table_of<TubeRow>("robustness_tubes",
                              {{"seed", &TubeRow::seed},
@@ -140,8 +143,8 @@ io::Table wild_table(std::vector<WildRun> runs, int hands) {
     for (const WildRun& run : runs) all.tally.add(run.tally);
     runs.push_back(std::move(all));
     const auto of = [](auto member) { return [member](const WildRun& r) { return r.tally.*member; }; };
-    const auto time = [](double share) {
-        return [share](const WildRun& r) { return quantile(r.tally.times, share); };
+    const auto time = [](double fraction) {
+        return [fraction](const WildRun& r) { return quantile(r.tally.times, fraction); };
     };
     return table_of<WildRun>(
         "robustness_hands",
@@ -242,10 +245,10 @@ std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
                           found <= most, "At most.", ClaimKind::Machine});
     }
     for (std::size_t r = 0; r < all; ++r) {
-        const double share = hands.number(r, "settling_percent");
+        const double fraction = hands.number(r, "settling_percent");
         claims.push_back({fmt::format("wild hands in {}: frames that show an earlier rest [%]",
                                       std::get<std::string>(hands.rows[r].front())),
-                          5.0, share, share <= 5, "At most: the wire shown is on its way to rest."});
+                          5.0, fraction, fraction <= 5, "At most: the wire shown is on its way to rest."});
     }
     return claims;
 }

@@ -60,7 +60,8 @@ std::vector<Stage> model(const Chain& wire, const std::vector<physics::WallConta
             const double c = device.rigidity[j - 1] / wire.length_of(j - 1);
             const physics::RestBend bend = physics::rest_bend(device, j - 1, before, d[j - 1]);
             const Vec3 m = physics::rest_direction(before, bend);
-            const Mat3 turn = bend.cosine * Mat3::Identity() - bend.sine * before * bend.way.transpose();
+            const Mat3 turn =
+                bend.cosine * Mat3::Identity() - bend.sine * before * bend.direction.transpose();
             const double kappa = m.dot(u), first = -c * (7 - kappa) / 6, second = c / 6;
             const Vec2 prev = stages[j - 1].basis.transpose() * turn.transpose() * u,
                        own = s.basis.transpose() * m;

@@ -30,7 +30,7 @@ constexpr std::array<ContactCase, 6> case_table = {{{"a", "A and R, M = 1", 1, t
 
 /// What happens to a wire at rest under further updates.
 struct Unrest {
-    std::vector<double> contact;  // [i]: share of the updates after which joint i touches
+    std::vector<double> contact;  // [i]: fraction of the updates after which joint i touches
     std::vector<double> turn;     // [i]: mean |ε_i| of the updates that vary segment i [-]
     double mean_turn = 0;         // of all
 
@@ -109,8 +109,8 @@ Traces traces_of(const PaperScene& scene, const Chain& wire) {
     return traces;
 }
 
-/// Of all time that joints of `b` are in contact, the share on joints at most `within` from one that touches
-/// in `a`.
+/// Of all time that joints of `b` are in contact, the fraction on joints at most `within` from one that
+/// touches in `a`.
 double time_near(const Unrest& a, const Unrest& b, int within) {
     const int n = static_cast<int>(a.contact.size()) - 1;
     double near = 0, all = 0;

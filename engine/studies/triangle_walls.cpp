@@ -70,12 +70,12 @@ Feature closest_feature(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
     double least = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 3; ++k) {
         const Vec3 &p = *corners[k], &q = *corners[(k + 1) % 3];
-        const double share = geometry::closest_share(p, q, x);
-        const Vec3 on = p + share * (q - p);
+        const double fraction = geometry::closest_fraction(p, q, x);
+        const Vec3 on = p + fraction * (q - p);
         if ((on - x).squaredNorm() >= least) continue;
         least = (on - x).squaredNorm();
         const Vec3 along = (q - p).normalized();
-        best = {on, share > 0 && share < 1 ? Mat3(along * along.transpose()) : Mat3(Mat3::Zero())};
+        best = {on, fraction > 0 && fraction < 1 ? Mat3(along * along.transpose()) : Mat3(Mat3::Zero())};
     }
     return best;
 }
@@ -286,12 +286,12 @@ io::Table edge_table(std::span<const NamedWall> walls) {
     return table;
 }
 
-struct NamedWay {
+struct TriangleMethod {
     const char* name;
     physics::RelaxerConfig config;
 };
-std::vector<NamedWay> ways_of_relaxing() {
-    std::vector<NamedWay> all = {{"first order", paper_method(1).config}};
+std::vector<TriangleMethod> methods() {
+    std::vector<TriangleMethod> all = {{"first order", paper_method(1).config}};
     all[0].config.kind = physics::RelaxerKind::FirstOrder;
     for (int m = 1; m <= 3; ++m)
         all.push_back({m == 1 ? "M = 1" : m == 2 ? "M = 2" : "M = 3", paper_method(m).config});
@@ -331,7 +331,7 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWal
                        {{"segments", size.segments}, {"tubes", titles(tubes)}, {"walls", walls}});
 }
 
-io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<NamedWay>& ways,
+io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<TriangleMethod>& methods_,
                      const TriangleWallSizes& size) {
     constexpr const char* colours[] = {"#999999", "#E69F00", "#0072B2", "#009E73", "#56B4E9", "#000000"};
     constexpr int shapes[] = {2, 9, 7, 5, 6, 13};
@@ -344,7 +344,7 @@ io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vecto
     TemplateRows panels = titles(tubes);
     for (std::size_t t = 0; t < tubes.size(); ++t) panels[t].push_back({"before", t * walls});
     const auto method = [&](std::size_t m) -> TemplateValues {
-        return {{"method", ways[m].name}, {"shape", shapes[m]}, {"colour", colours[m]}};
+        return {{"method", methods_[m].name}, {"shape", shapes[m]}, {"colour", colours[m]}};
     };
     return filled_plot("triangle_walls", 1100, 600,
                        {{"last", walls - 1},
@@ -352,8 +352,8 @@ io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vecto
                         {"fine", fine},
                         {"balanced", balanced},
                         {"tubes", panels},
-                        {"count", ways.size()},
-                        {"methods", rows_of(ways.size(), method)},
+                        {"count", methods_.size()},
+                        {"methods", rows_of(methods_.size(), method)},
                         {"cycles", size.cycles},
                         {"segments", size.segments}});
 }
@@ -367,13 +367,13 @@ double largest_step(const io::Table& edge, const std::string& line, const std::s
     return largest;
 }
 
-std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector<NamedWay>& ways,
+std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector<TriangleMethod>& methods_,
                           const std::vector<Ending>& endings, const io::Table& edge) {
     const auto at_rest = [&](const std::string& kind, std::initializer_list<int> methods) {
         int all = 0, resting = 0;
         for (std::size_t w = 0; w < walls.size(); ++w) {
             if (walls[w].kind != kind) continue;
-            for (const int m : methods) ++all, resting += endings[w * ways.size() + m].rests();
+            for (const int m : methods) ++all, resting += endings[w * methods_.size() + m].rests();
         }
         return std::pair(resting, all);
     };
@@ -402,7 +402,7 @@ std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector
         std::vector<double> turns;
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (walls[w].tube == t && walls[w].planes)
-                turns.push_back(endings[w * ways.size() + 2].turns.back());
+                turns.push_back(endings[w * methods_.size() + 2].turns.back());
         list.push_back({fmt::format("Extension: finer facets leave less unrest, {} tube: mean turn with M = "
                                     "2, coarsest over finest [-]",
                                     t == 0 ? "sinuous" : "sharp"),
@@ -428,16 +428,16 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
     const TriangleWallSizes size = triangle_wall_sizes(options);
     const std::vector<TubeOfTriangles> tube = tubes(size);
     const std::vector<NamedWall> wall = walls(tube, size);
-    const std::vector<NamedWay> way = ways_of_relaxing();
-    const int count = static_cast<int>(wall.size() * way.size());
+    const std::vector<TriangleMethod> method_list = methods();
+    const int count = static_cast<int>(wall.size() * method_list.size());
     std::vector<Chain> reference;
     for (const NamedWall& w : wall)
         if (w.kind == "closed form") reference.push_back(global_rest(*w.wall, tube[w.tube].start).wire);
     std::vector<Ending> ending(count);
     Work work(options, count);
     work.run(count, [&](int k) {
-        const NamedWall& w = wall[k / way.size()];
-        const NamedWay& m = way[k % way.size()];
+        const NamedWall& w = wall[k / method_list.size()];
+        const TriangleMethod& m = method_list[k % method_list.size()];
         ending[k] = relaxed(m.config, w, tube[w.tube].start, reference[w.tube], size.cycles);
         return fmt::format("{}, {} {}, {}", tube[w.tube].name, w.kind, w.fineness, m.name);
     });
@@ -447,8 +447,8 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
                      "rise_N_mm", "hops_per_contact", "off_round_mm"}};
     io::Table cycles{"triangle_walls_cycles", {"tube", "wall", "facets", "cycle", "mean_turn"}};
     for (int k = 0; k < count; ++k) {
-        const NamedWall& w = wall[k / way.size()];
-        const NamedWay& m = way[k % way.size()];
+        const NamedWall& w = wall[k / method_list.size()];
+        const TriangleMethod& m = method_list[k % method_list.size()];
         const Ending& e = ending[k];
         const double none = std::nan("");
         const bool in_cycles = !e.turns.empty();
@@ -463,8 +463,8 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
     std::vector<NamedWall> coarse(sharp, sharp + 3);
     coarse.push_back(wall.back());
     io::Table edge = edge_table(coarse);
-    result.claims = claims(wall, way, ending, edge);
-    result.plots = {edge_plot(size), turns_plot(tube, size), states_plot(tube, way, size)};
+    result.claims = claims(wall, method_list, ending, edge);
+    result.plots = {edge_plot(size), turns_plot(tube, size), states_plot(tube, method_list, size)};
     result.page = filled_page("triangle-walls",
                               {{"radius", radius},
                                {"name0", tube[0].name},

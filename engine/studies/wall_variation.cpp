@@ -169,7 +169,7 @@ struct Spread {
     double mean = 0, deviation = 0, inside = 0, least = 1e300, largest = -1e300, mean_error = 0;
 };
 
-/// Spread of K/k over all realisations; `inside` is the share in (0.5, 1.5).
+/// Spread of K/k over all realisations; `inside` is the fraction in (0.5, 1.5).
 Spread spread_of(const std::vector<double>& values, std::size_t per_realisation) {
     Spread s;
     const double count = static_cast<double>(values.size());

@@ -207,7 +207,7 @@ void WildHand::act(exercise::Simulation& simulation) {
     const auto devices = simulation.devices();
     if (frame_++ % frames_of_a_grip == 0 && devices.size() > 1) {
         const std::size_t k = random_() % (devices.size() + 1);
-        held_ = k < devices.size() ? devices[k].role : script::Held::All;
+        held_ = k < devices.size() ? devices[k].role : script::DeviceRole::All;
     }
     const double what = unit();
     if (what < 0.7) {

@@ -85,7 +85,7 @@ private:
     std::mt19937 random_;
     int frame_ = 0;
     double trend_ = 1;
-    script::Held held_ = script::Held::Wire;
+    script::DeviceRole held_ = script::DeviceRole::Wire;
 };
 
 /// The mesh of a lumen as it is, and the vessels that go on past its ends.

@@ -71,10 +71,11 @@ CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::
         // Parents come first; the check that they exist is below.
         const CentrelineBranch& branch = branches[b];
         const bool child = branch.parent >= 0 && branch.parent < static_cast<int>(b);
-        const double start = child ? ways_[first[branch.parent] + std::max(0, branch.parent_sample)] : 0.0;
+        const double start =
+            child ? arc_lengths_[first[branch.parent] + std::max(0, branch.parent_sample)] : 0.0;
         first_of_branch_.push_back(first[b]);
-        const std::vector<double> own = ways_along(branch.points, start);
-        ways_.insert(ways_.end(), own.begin(), own.end());
+        const std::vector<double> own = arc_lengths(branch.points, start);
+        arc_lengths_.insert(arc_lengths_.end(), own.begin(), own.end());
     }
     first_of_branch_.push_back(static_cast<int>(stations_.size()));
 
@@ -169,15 +170,15 @@ bool CentrelineTree::same_branch(int station, int other) const {
            stations_[station].branch == stations_[other].branch;
 }
 
-double CentrelineTree::longest_way() const {
-    return *std::max_element(ways_.begin(), ways_.end());
+double CentrelineTree::longest_arc() const {
+    return *std::max_element(arc_lengths_.begin(), arc_lengths_.end());
 }
 
-VesselWay CentrelineTree::way(int station, const Vec3& x) const {
+CentrelineCoordinate CentrelineTree::coordinate(int station, const Vec3& x) const {
     const int branch = stations_[station].branch, first = first_of_branch_[branch];
     const auto count = static_cast<std::size_t>(first_of_branch_[branch + 1] - first);
-    return vessel_way(std::span(centres_).subspan(first, count), std::span(ways_).subspan(first, count),
-                      station - first, x);
+    return centreline_coordinate(std::span(centres_).subspan(first, count),
+                                 std::span(arc_lengths_).subspan(first, count), station - first, x);
 }
 
 bool CentrelineTree::beyond_an_end(const Vec3& x) const {
@@ -192,7 +193,7 @@ Vec3 CentrelineTree::closest_point(int s, const Vec3& x) const {
         if (stations_[other].branch != stations_[s].branch) continue;
         const Vec3 a = stations_[s].centre, b = stations_[other].centre;
         if ((b - a).squaredNorm() == 0) continue;
-        const Vec3 c = a + closest_share(a, b, x) * (b - a);
+        const Vec3 c = a + closest_fraction(a, b, x) * (b - a);
         if (const double d = (x - c).squaredNorm(); d < least) least = d, best = c;
     }
     return best;

@@ -87,8 +87,8 @@ public:
     Vec3 closest_point(int station, const Vec3& x) const;
     /// Distance of x along the vessels from the start of the station's root branch; a child starts at the
     /// distance of its parent at parent_sample.
-    VesselWay way(int station, const Vec3& x) const;
-    double longest_way() const;  // of any station [mm]
+    CentrelineCoordinate coordinate(int station, const Vec3& x) const;
+    double longest_arc() const;  // of any station [mm]
 
 private:
     template <class Allowed>
@@ -99,7 +99,7 @@ private:
     std::vector<OpenEnd> ends_;
     std::vector<std::vector<int>> ends_at_;  // of each station
     std::vector<Vec3> centres_;              // of the stations
-    std::vector<double> ways_;               // of the stations [mm]
+    std::vector<double> arc_lengths_;        // of the stations [mm]
     std::vector<int> first_of_branch_;       // station, and past the last branch the number of stations
 };
 

@@ -13,9 +13,9 @@ namespace geometry {
 
 /// Calls work(i) for every i < count, each once, on `threads` threads including the caller's, in blocks of
 /// neighbouring i. Pieces must not depend on one another, so that the outcome is the same for any number of
-/// threads. `progress` is called on the caller's thread with a share from 0 to 1. When a piece throws, no new
-/// block begins, and the exception of the lowest i that threw is rethrown here: the same one for any number
-/// of threads, since blocks begin in order.
+/// threads. `progress` is called on the caller's thread with a fraction from 0 to 1. When a piece throws, no
+/// new block begins, and the exception of the lowest i that threw is rethrown here: the same one for any
+/// number of threads, since blocks begin in order.
 template <class Index, class Work>
 void parallel_for(Index count, int threads, const Work& work,
                   const std::function<void(double)>& progress = {}, Index block = 16) {

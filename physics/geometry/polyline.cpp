@@ -5,11 +5,11 @@
 
 namespace geometry {
 
-std::vector<double> ways_along(std::span<const Vec3> points, double start) {
-    std::vector<double> ways = {start};
+std::vector<double> arc_lengths(std::span<const Vec3> points, double start) {
+    std::vector<double> arcs = {start};
     for (std::size_t i = 1; i < points.size(); ++i)
-        ways.push_back(ways.back() + (points[i] - points[i - 1]).norm());
-    return ways;
+        arcs.push_back(arcs.back() + (points[i] - points[i - 1]).norm());
+    return arcs;
 }
 
 double length_of(std::span<const Vec3> points) {
@@ -39,7 +39,8 @@ Polyline resampled(const Polyline& points, double step) {
     return result;
 }
 
-VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways, int near, const Vec3& x) {
+CentrelineCoordinate centreline_coordinate(std::span<const Vec3> points, std::span<const double> arcs,
+                                           int near, const Vec3& x) {
     const int last = static_cast<int>(points.size()) - 1;
     const auto normal = [&](int i) {
         Vec3 sum = Vec3::Zero();
@@ -53,10 +54,10 @@ VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways,
     while (i + 1 < last && past(i + 1) > 0) ++i;
     const Vec3 from = normal(i), to = normal(i + 1);
     const double done = (x - points[i]).dot(from), left = (points[i + 1] - x).dot(to), both = done + left;
-    if ((i == 0 && done <= 0) || both <= 0) return {ways[i], Vec3::Zero()};
-    if (i + 1 == last && left <= 0) return {ways[last], Vec3::Zero()};
-    const double step = ways[i + 1] - ways[i];
-    return {ways[i] + step * done / both, step / (both * both) * (left * from + done * to)};
+    if ((i == 0 && done <= 0) || both <= 0) return {arcs[i], Vec3::Zero()};
+    if (i + 1 == last && left <= 0) return {arcs[last], Vec3::Zero()};
+    const double step = arcs[i + 1] - arcs[i];
+    return {arcs[i] + step * done / both, step / (both * both) * (left * from + done * to)};
 }
 
 }  // namespace geometry

@@ -9,7 +9,7 @@
 namespace geometry {
 namespace {
 
-/// Covers the rounding of square distances to discs in double precision: a share of them, and [mm²].
+/// Covers the rounding of square distances to discs in double precision: a fraction of them, and [mm²].
 constexpr double box_rounding = 1e-9;
 /// Corners may be this far from the plane of a disc [mm].
 constexpr double flat = 1e-7;
@@ -175,7 +175,7 @@ void SeenSurface::Patch::gather(const Patch& whole, const Vec3& middle, double r
 
 NearestTriangle SeenSurface::Patch::nearest(const Vec3& x, double more) const {
     const Eigen::Vector3f from = (x - centre_).cast<float>();
-    const double way = (x - middle_).norm() + more;
+    const double reach = (x - middle_).norm() + more;
     const LumenSurface& mesh = surface_->surface_;
     NearestTriangle best;
     float limit = 0, from_middle = 0;  // of square distances to discs
@@ -184,7 +184,7 @@ NearestTriangle SeenSurface::Patch::nearest(const Vec3& x, double more) const {
         if (!nearer({t, p}, best)) return;
         best = {t, p};
         limit = static_cast<float>(p.square_distance + rounding_);
-        const double most = std::sqrt(p.square_distance) + way;
+        const double most = std::sqrt(p.square_distance) + reach;
         from_middle = static_cast<float>(most * most + 2 * rounding_);
     };
     look_at(middle_triangle_);

@@ -32,9 +32,9 @@ void ContactSet::update(const Chain& wire) {
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3& x = wire.joints[i];
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
-                           shares_[i] == contacts_[i].share && thickness_[i] == contacts_[i].thickness &&
-                           vessels_[i].give == contacts_[i].give && vessels_[i].along == contacts_[i].along &&
-                           vessels_[i].shift == contacts_[i].shift;
+                           fractions_[i] == contacts_[i].fraction &&
+                           thickness_[i] == contacts_[i].thickness && vessels_[i].give == contacts_[i].give &&
+                           vessels_[i].along == contacts_[i].along && vessels_[i].shift == contacts_[i].shift;
         if (asked && (x == asked_at_[i] || known(i, x))) continue;
         add(i, x, wire.stations[i], x == asked_at_[i] ? contacts_[i].given : vessels_[i].given);
     }
@@ -49,10 +49,10 @@ void ContactSet::update(const Chain& wire) {
 void ContactSet::refit(const Chain& wire) {
     assert(wire.thickness.size() == wire.joints.size());
     thickness_ = wire.thickness;
-    shares_.resize(wire.joints.size());
+    fractions_.resize(wire.joints.size());
     vessels_.resize(wire.joints.size());
     for (int i = 1; i <= wire.segments(); ++i) {
-        shares_[i] = wire.wall_share(i);
+        fractions_[i] = wire.wall_fraction(i);
         wire.ask_vessel(i, vessels_[i]);
     }
 }
@@ -99,7 +99,7 @@ void ContactSet::ask() {
 
 double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     assert(first >= 1 && last < static_cast<int>(contacts_.size()));
-    assert(joints.size() == contacts_.size() && shares_.size() == contacts_.size());
+    assert(joints.size() == contacts_.size() && fractions_.size() == contacts_.size());
     begin();
     for (int i = first; i <= last; ++i)
         if (const WallContact& c = contacts_[i]; !known(i, joints[i]))
@@ -111,9 +111,9 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     return energy + load_.energy(joints, first, last);
 }
 
-Held ContactSet::hold() {
+KeptFields ContactSet::hold() {
     assert(std::is_sorted(held_.begin(), held_.end()) && index_.size() == answer_.size());
-    Held sum;
+    KeptFields sum;
     for (std::size_t k = 0; k < index_.size(); ++k) {
         const int joint = index_[k];
         WallContact& now = answer_[k];
@@ -175,7 +175,7 @@ WallContact ContactSet::question(int joint, int station) const {
     WallContact c;
     c.station = station;
     c.thickness = thickness_[joint];
-    c.share = shares_[joint];
+    c.fraction = fractions_[joint];
     c.give = vessels_[joint].give;
     c.along = vessels_[joint].along;
     c.shift = vessels_[joint].shift;
@@ -184,7 +184,7 @@ WallContact ContactSet::question(int joint, int station) const {
 }
 
 WallContact ContactSet::asked_from(int station, int joint, const Vec3& x, bool held) {
-    assert(joint >= 1 && joint < static_cast<int>(shares_.size()));
+    assert(joint >= 1 && joint < static_cast<int>(fractions_.size()));
     WallContact c = question(joint, station);
     c.held = held;
     wall_.contacts({&x, 1}, {&c, 1});

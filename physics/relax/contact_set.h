@@ -42,14 +42,14 @@ private:
 };
 
 /// What holding joints to the wall's field that they are in changes.
-struct Held {
+struct KeptFields {
     double energy = 0;  // of the evaluation, <= 0 [N·mm]
     double jump = 0;    // between the fields, for joints that went too far past a border to be held [N·mm]
 };
 
 /// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
 /// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
-/// costs no second query. A contact has the joint's share of the wall, Chain::wall_share, and its give.
+/// costs no second query. A contact has the joint's fraction of the wall, Chain::wall_share, and its give.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
@@ -81,7 +81,7 @@ public:
     double evaluate(std::span<const Vec3> joints, int first, int last);
     /// Joints that the last evaluate led into another of the wall's fields, where they lie deeper in the
     /// wall, stay with their own from now on: the jump between fields would let them rest nowhere.
-    Held hold();
+    KeptFields hold();
     /// Lets every joint change over again.
     void release() { held_.clear(); }
     void commit();
@@ -111,7 +111,7 @@ public:
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
     void state(StateStream& s) {
-        s(contacts_, shares_, thickness_, vessels_, asked_at_, touching_, load_, queries_, held_);
+        s(contacts_, fractions_, thickness_, vessels_, asked_at_, touching_, load_, queries_, held_);
         if (s.restores()) sums_.clear();
     }
 
@@ -132,8 +132,8 @@ private:
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
-    // Per joint, for the next question: its share of the wall's stiffness, thickness [mm], and vessel.
-    std::vector<double> shares_, thickness_;
+    // Per joint, for the next question: its fraction of the wall's stiffness, thickness [mm], and vessel.
+    std::vector<double> fractions_, thickness_;
     std::vector<WallContact> vessels_;
     std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked

@@ -93,7 +93,7 @@ void Descent::sum_proximal() {
 /// Sums the gradient proximal of the window anew where it is time to.
 void Descent::look_proximal() {
     const double within = terms().relative_gradient;
-    if (proximal_known_ || !(settled() || within < options_.window.settled_share * looked_at_)) return;
+    if (proximal_known_ || !(settled() || within < options_.window.settled_fraction * looked_at_)) return;
     sum_proximal();
     looked_at_ = within;
 }
@@ -107,7 +107,7 @@ bool Descent::at_rest() const {
 bool Descent::settled() const {
     assert(terms().first >= 1);
     return terms().relative_gradient <=
-           std::max(task_.tolerance, options_.window.settled_share * terms().proximal_gradient);
+           std::max(task_.tolerance, options_.window.settled_fraction * terms().proximal_gradient);
 }
 
 Descent::End Descent::widen() {
@@ -207,14 +207,14 @@ bool Descent::leave_saddle() {
 bool Descent::turn_down(double angle) {
     const RiccatiReport& pivots = at_.pivots;
     assert(pivots.stage < segments_);
-    Vec2 way = pivots.way;
-    if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
+    Vec2 direction = pivots.direction;
+    if (direction.x() < 0 || (direction.x() == 0 && direction.y() < 0)) direction = -direction;
     if (pivots.stage < 0)
         at_.model.unwind(angle);
-    else if (way.isZero(0))
+    else if (direction.isZero(0))
         at_.model.twist_one(pivots.stage, pivots.frame, angle);
     else
-        at_.model.turn_one(pivots.stage, angle * way);
+        at_.model.turn_one(pivots.stage, angle * direction);
     if (!std::isfinite(at_.model.roll_out(wire_))) return false;
     const double energy = at_.model.evaluate(wire_, contacts_);
     assert(std::isfinite(angle) && angle != 0);

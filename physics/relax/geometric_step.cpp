@@ -113,13 +113,13 @@ GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, c
     }
 }
 
-std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, double limit) const {
-    assert(share > 0 && limit > 0);
+std::optional<GeometricStep::Tangents> GeometricStep::turned(double fraction, double limit) const {
+    assert(fraction > 0 && limit > 0);
     if (!finite_ || !(largest_ > 0)) return std::nullopt;
-    share = std::min(share, 0.9 * limit / largest_);  // closing turns a little more
+    fraction = std::min(fraction, 0.9 * limit / largest_);  // closing turns a little more
     Tangents v = start_;
     for (int m = 0; m < count_; ++m) {
-        v[m] = (start_[m] + share * step_[m]).normalized();
+        v[m] = (start_[m] + fraction * step_[m]).normalized();
         assert((v[m] - start_[m]).norm() <= limit);
     }
     if (!closed_) return v;
@@ -143,10 +143,10 @@ std::optional<GeometricStep::Tangents> GeometricStep::closed_by_turning(Tangents
             square += lengths_[m] * lengths_[m] * (Mat3::Identity() - v[m] * v[m].transpose());
         }
         if (gap.norm() < 1e-15 * size) return v;
-        const Vec3 way = solved(square, gap);
-        if (!way.allFinite()) return std::nullopt;
+        const Vec3 correction = solved(square, gap);
+        if (!correction.allFinite()) return std::nullopt;
         for (int m = 0; m < count_; ++m)
-            v[m] = (v[m] + lengths_[m] * (way - way.dot(v[m]) * v[m])).normalized();
+            v[m] = (v[m] + lengths_[m] * (correction - correction.dot(v[m]) * v[m])).normalized();
     }
     return std::nullopt;
 }

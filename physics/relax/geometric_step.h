@@ -23,9 +23,9 @@ public:
     GeometricStep(const SegmentProblem& problem, const std::array<double, closed_segments>& lengths,
                   bool closed);
 
-    /// The tangents after this share of the step, with no turn larger than `limit`; none where a closed piece
-    /// cannot turn that far, as when it is stretched.
-    std::optional<Tangents> turned(double share, double limit) const;
+    /// The tangents after this fraction of the step, with no turn larger than `limit`; none where a closed
+    /// piece cannot turn that far, as when it is stretched.
+    std::optional<Tangents> turned(double fraction, double limit) const;
 
 private:
     std::optional<Tangents> closed_by_turning(Tangents) const;

@@ -15,19 +15,19 @@ namespace physics {
 struct TrustOptions {
     /// Δ = step_share · min R. A longer step is never shortened, which would fold the wire: it is computed
     /// again with a larger μ.
-    double step_share = 0.3;
+    double step_fraction = 0.3;
     /// Δ = kinked_share · min R for a window with a joint beyond 60°, where u_i·u_{i+1} < kinked_cosine: from
     /// a kink lead ways to many rests.
-    double kinked_share = 0.03, kinked_cosine = 0.5;
+    double kinked_fraction = 0.03, kinked_cosine = 0.5;
     /// Δ where no joint knows a lumen [mm]: any step fits.
     double unbounded = 1e9;
 
     /// A μ that must be positive is at least least_share · μ₀.
-    double least_share = 1e-5;
+    double least_fraction = 1e-5;
     /// A step is given up where μ > most_share · μ₀: no joint then moves by what its place is rounded by.
-    double most_share = 1e30;
+    double most_fraction = 1e30;
     /// μ < forgotten_share · μ₀ becomes 0 after a step that was taken.
-    double forgotten_share = 1e-8;
+    double forgotten_fraction = 1e-8;
     /// Most values of μ that one step tries.
     int most_trials = 40;
 
@@ -38,7 +38,7 @@ struct TrustOptions {
     double first_growth = 10;
     /// The factor where the wall of the model was corrected, whose reach says little of other μ; and after a
     /// μ with which every corrected trial raised the energy, then with μ ≥ rejected_share · μ₀.
-    double corrected_growth = 4, rejected_share = 1e-4;
+    double corrected_growth = 4, rejected_fraction = 1e-4;
     /// Two trials with reach < secant_reach give the secant of 1/reach, nearly a straight line in μ; the next
     /// μ is where it meets 1/secant_aim, within [secant_least, secant_most] · μ.
     double secant_reach = 20, secant_aim = 0.8, secant_least = 1.5, secant_most = 1000;
@@ -48,7 +48,7 @@ struct TrustOptions {
     /// Once a step was too short, μ is bisected, √(μ_far μ_short), between the largest μ_far that went too
     /// far, at least lowest_share · μ_short, and itself, while μ_short > bracket · μ_far and for at most
     /// most_bisections trials.
-    double lowest_share = 1e-4, bracket = 2;
+    double lowest_fraction = 1e-4, bracket = 2;
     int most_bisections = 5;
 
     /// After an accepted step  μ ← μ · clamp(reach², least_shrink, 1), so that the next one just fits; with
@@ -63,19 +63,19 @@ struct StepOptions {
     /// The first so many values of μ begin with the wall's forces as the last step foresaw them, later ones
     /// with those of the accepted state.
     int trials_predicted = 2;
-    /// A slipping grip's own model serves a trial in which it keeps more than this share of its stretch along
-    /// it, e₀·e₁ > slips_on · |e₀|². Along itself the potential has no curvature, so that any share serves
-    /// that tells slipping on from turning back.
+    /// A slipping grip's own model serves a trial in which it keeps more than this fraction of its stretch
+    /// along it, e₀·e₁ > slips_on · |e₀|². Along itself the potential has no curvature, so that any fraction
+    /// serves that tells slipping on from turning back.
     double slips_on = 0.5;
     /// Armijo: U(trial) ≤ U + armijo · slope, slope = Σ g·α ≤ 0, on the last correction; with good_armijo on
     /// those before, for a better wall can still be had.
     double armijo = 1e-4, good_armijo = 0.2;
     /// A corrected trial must also fall by corrected_share of the slope of the uncorrected one: a corrected
     /// wall whose rest is where the wire is would otherwise leave it there for ever.
-    double corrected_share = 0.02;
+    double corrected_fraction = 0.02;
     /// Rounding of the energy: rounding_share · ‖U‖ + rounded_places · ε · |x| Σ|f|. A fall below it can't be
     /// seen; it is believed of the uncorrected model if U(trial) < U + rounding.
-    double rounding_share = 1e-13, rounded_places = 4;
+    double rounding_fraction = 1e-13, rounded_places = 4;
     /// On a wall whose normals jump a step is given up after so many rejected μ.
     int most_rejections_on_planes = 3;
 
@@ -94,7 +94,7 @@ struct WindowOptions {
     int least = 32, per_changed = 2;
     /// The window is widened where |g|/C within ≤ settled_share · |g|/C proximal of it; that proximal of it
     /// is summed again once the one within has fallen below settled_share of what it was then.
-    double settled_share = 0.1;
+    double settled_fraction = 0.1;
     /// A window of w segments becomes one of widening · w.
     int widening = 8;
     /// Segments of a window proximal of the first joint that has changed to another vessel.
@@ -107,7 +107,7 @@ struct SaddleOptions {
     /// energy is lower.
     double kick = 1e-3, kick_factor = 0.25, least_kick = 1e-7;
     /// A pivot that is not positive is mirrored and is at least pivot_share · max C.
-    double pivot_share = 1e-6;
+    double pivot_fraction = 1e-6;
 };
 
 /// The way out of a dead end through softer walls: SofterWalls.
@@ -126,7 +126,7 @@ struct PredictionOptions {
     double most_work = 4;
     /// It is made once more with the wall at the place that it leads to, where it raises the energy by more
     /// than good_share · (|U| + most_work · |push · feed|).
-    double good_share = 0.01;
+    double good_fraction = 0.01;
     /// |U| is at least that of a chain that is turned by this at each joint, ½ Σ C turn² [rad]: the energy of
     /// a chain that lies free is rounding.
     double least_turned = 1e-8;
@@ -151,14 +151,14 @@ struct LagOptions {
     double tolerance = 1e-3;
     /// D agrees with what the wall's forces make of the vessels where
     /// max |ΔD| ≤ yield_tolerance · max |D| + least_way [mm].
-    double yield_tolerance = 2e-2, least_way = 1e-3;
+    double yield_tolerance = 2e-2, least_yield = 1e-3;
     /// With both changes as multiples of what is tolerated, forces and ways go half of their way where the
     /// largest > halved_share · that of the round before ...
-    double halved_share = 0.8;
+    double halved_fraction = 0.8;
     /// ... and are left as they are, after least_rounds, where it is > stalled_share · that of two rounds
     /// before.
     int least_rounds = 5;
-    double stalled_share = 0.7;
+    double stalled_fraction = 0.7;
     /// The first loose_rounds rests need only |g|/C ≤ loose_gradient, and no certificate.
     int loose_rounds = 5;
     double loose_gradient = 1e-5;

@@ -219,7 +219,7 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     if (const Foundation* vessels = vessels_that_move(wire)) LaggedYields::prepare(wire, *vessels);
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
-    // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
+    // The last segment that is unchanged ends at a joint whose fraction of the wall may have changed.
     int valid = wire.load.isZero(0) ? std::max(0, std::min(same.segments, same.grips) - 1) : 0;
     if (moved > 0) valid = std::min(valid, moved - 1);
     assert(valid >= 0 && valid <= n && contacts_.contacts().size() == wire.joints.size());

@@ -14,8 +14,8 @@ namespace physics {
 namespace {
 
 constexpr int halvings = 5;               // of a motion before it is refused
-constexpr double work_share = 2;          // of the hand's work by the forces before and after
-constexpr double energy_share = 0.05;     // of the wire's energy: its bends move as it does
+constexpr double work_fraction = 2;       // of the hand's work by the forces before and after
+constexpr double energy_fraction = 0.05;  // of the wire's energy: its bends move as it does
 constexpr double energy_floor = 1e-3;     // [N·mm]
 constexpr double sharpest = degree * 90;  // of a joint
 
@@ -86,7 +86,8 @@ bool Hub::can_be(const RelaxReport& report) const {
             torque = std::max(torque, std::abs(load.torque));
         }
     const double work = force * std::abs(made_.feed) + torque * std::abs(made_.turn);
-    return energy_ - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
+    return energy_ - rest_energy_ <=
+           work_fraction * work + energy_fraction * std::abs(rest_energy_) + energy_floor;
 }
 
 /// Whether a shaft outside bows under the push of the motion that was tried. A pull gives way to anything.
@@ -184,9 +185,9 @@ int Hub::work_of_try(const Chain& wire) const {
 
 /// One part of the motion, from the last rest.
 void Hub::start_part(Chain& wire, int updates, HubReport& report) {
-    const double share = std::ldexp(1.0, -halvings_);
-    assert(working_ && share > 0);
-    made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
+    const double fraction = std::ldexp(1.0, -halvings_);
+    assert(working_ && fraction > 0);
+    made_ = {fraction * asked_.feed, fraction * asked_.turn, asked_.device};
     pending_ = false;
     const RelaxReport part = relaxer_.move(
         wire, made_, {std::min(work_left(wire, updates, report), work_of_try(wire) - spent_), 0, 0});

@@ -33,7 +33,7 @@ void Iterate::set_units(const Chain& wire, const ContactSet& contacts, const Glo
     const double length = wire.inserted_length() / wire.segments();
     assert(stiffest > 0 && room > 0 && length > 0);
     trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));
-    model.least_pivot = options.saddle.pivot_share * stiffest;
+    model.least_pivot = options.saddle.pivot_fraction * stiffest;
     model.slips_on = options.step.slips_on;
     assert(model.least_pivot > 0);
 }

@@ -33,7 +33,7 @@ bool LaggedForces::next_round() {
 
 bool LaggedForces::stalls(double change) const {
     assert(rounds_ <= options_.most_rounds && !(change < 0));
-    return rounds_ > options_.least_rounds && change > options_.stalled_share * changes_[1];
+    return rounds_ > options_.least_rounds && change > options_.stalled_fraction * changes_[1];
 }
 
 bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, const LumenWall& wall,
@@ -49,7 +49,7 @@ bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts, c
     if (foundation) change = std::max(change, yields_.measure(chain, contacts, *foundation));
     if (change <= 1 || stalls(change)) return false;
     // Forces that jump back and forth meet half way.
-    const double part = changes_[0] > 0 && change > options_.halved_share * changes_[0] ? 0.5 : 1;
+    const double part = changes_[0] > 0 && change > options_.halved_fraction * changes_[0] ? 0.5 : 1;
     changes_ = {change, changes_[0]};
     if (foundation) yields_.take(chain, part);
     const bool rolls = std::any_of(chain.devices.begin(), chain.devices.end(),

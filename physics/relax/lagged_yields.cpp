@@ -60,7 +60,7 @@ double LaggedYields::measure(const Chain& chain, std::span<const WallContact> co
             std::max(missed, std::abs(give - chain.grips[j].give) * force + turned * turned * give * force +
                                  (shifts_[j] - chain.grips[j].shift).norm());
     }
-    return missed / (options_.yield_tolerance * farthest + options_.least_way);
+    return missed / (options_.yield_tolerance * farthest + options_.least_yield);
 }
 
 void LaggedYields::take(Chain& chain, double part) const {

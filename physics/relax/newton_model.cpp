@@ -174,7 +174,7 @@ void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, doubl
         shaped = std::max(shaped, shaped_length(device.spec));
     }
     const double weight = mu * shaped * twist_arm * twist_arm;
-    Vector turn, way = Vector::Ones(count);
+    Vector turn, direction = Vector::Ones(count);
     if (count == 1) {
         double pivot = curve(0, 0);
         if (!(pivot > 0)) {
@@ -194,10 +194,11 @@ void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, doubl
         Vector along = axes.transpose() * slope;
         for (int k = 0; k < count; ++k) along[k] /= values[k] + weight;
         turn = -(axes * along);
-        way = axes.col(0);
+        direction = axes.col(0);
     }
-    base_way_ = {};
-    for (int a = 0; a < count; ++a) trial_.turns_at_base[free[a]] = turn[a], base_way_[free[a]] = way[a];
+    base_direction_ = {};
+    for (int a = 0; a < count; ++a)
+        trial_.turns_at_base[free[a]] = turn[a], base_direction_[free[a]] = direction[a];
 }
 
 void NewtonModel::turn_devices(Chain& wire) const {
@@ -436,7 +437,7 @@ void NewtonModel::unwind(double by) {
     assert(std::isfinite(by));
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (FrameGain& gain : frame_gains_) gain.step = 0;
-    for (int f = 0; f < most_devices; ++f) trial_.turns_at_base[f] = by * base_way_[f];
+    for (int f = 0; f < most_devices; ++f) trial_.turns_at_base[f] = by * base_direction_[f];
 }
 
 void NewtonModel::size_twists(std::size_t joints) {

@@ -127,8 +127,8 @@ private:
     std::vector<RiccatiGain> gains_;
     std::vector<FrameGain> frame_gains_;
     std::vector<ContactPlane> planes_;
-    FrameVector base_way_ = {};    // along which they have the least curvature
-    FrameMatrix base_curve_ = {};  // of the energy by the frames' turns, all else answering [N·mm]
+    FrameVector base_direction_ = {};  // along which they have the least curvature
+    FrameMatrix base_curve_ = {};      // of the energy by the frames' turns, all else answering [N·mm]
     // Where devices twist segment by segment.
     std::vector<Vec3> settled_;  // directors of the accepted state, while a trial is evaluated
     /// What a rollout leads to, from the window's most proximal joint on.

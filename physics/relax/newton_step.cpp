@@ -42,19 +42,19 @@ NewtonStep::NewtonStep(Iterate& at, Chain& wire, ContactSet& contacts, const Glo
     assert(first_ >= 1 && window_ >= 1);
 }
 
-/// Δ: a share of the narrowest lumen of the window, or of the way that a vessel has made for a joint.
+/// Δ: a fraction of the narrowest lumen of the window, or of the way that a vessel has made for a joint.
 double NewtonStep::largest_move() const {
     const TrustOptions& o = options_.trust;
-    const double share = kinked(wire_, first_ - 1, o.kinked_cosine) ? o.kinked_share : o.step_share;
+    const double fraction = kinked(wire_, first_ - 1, o.kinked_cosine) ? o.kinked_fraction : o.step_fraction;
     double cap = o.unbounded;
     for (const WallContact& c : contacts_.contacts().subspan(first_))
-        if (c.clearance > 0) cap = std::min(cap, share * std::max(c.clearance, c.given.norm()));
+        if (c.clearance > 0) cap = std::min(cap, fraction * std::max(c.clearance, c.given.norm()));
     assert(cap > 0);
     return cap;
 }
 
-/// What the energy is rounded by: a share of itself, and what the wall's is because joints' places are. The
-/// latter is far more where a hard wall bears much force with little energy [N·mm].
+/// What the energy is rounded by: a fraction of itself, and what the wall's is because joints' places are.
+/// The latter is far more where a hard wall bears much force with little energy [N·mm].
 double NewtonStep::energy_rounding() const {
     const StepOptions& o = options_.step;
     double force = 0;
@@ -62,7 +62,7 @@ double NewtonStep::energy_rounding() const {
         if (c.touches()) force += c.force();
     const double of_places =
         o.rounded_places * std::numeric_limits<double>::epsilon() * farthest(wire_) * force;
-    return o.rounding_share * at_.energy_scale() + of_places;
+    return o.rounding_fraction * at_.energy_scale() + of_places;
 }
 
 NewtonStep::Result NewtonStep::take() {
@@ -115,11 +115,11 @@ bool NewtonStep::lowers_energy(const Trial& trial) {
     const double expected = std::min(0.0, at_.model.slope());
     if (!corrected) uncorrected_ = expected;
     const double asked = std::min((last ? o.armijo : o.good_armijo) * expected,
-                                  corrected ? o.corrected_share * uncorrected_ : 0.0);
+                                  corrected ? o.corrected_fraction * uncorrected_ : 0.0);
     assert(asked <= 0);
     bool falls = energy <= at_.energy + asked;
     if (!falls && std::isfinite(energy)) {
-        const Held held = contacts_.hold();
+        const KeptFields held = contacts_.hold();
         energy += held.energy;
         falls = energy <= at_.energy + held.jump + asked;
     }

@@ -39,9 +39,9 @@ namespace {
 /// turns with the device's frame.
 void add_curved_joint(double c, const RestBend& rest, const Vec3& ui, const Mat32& ti, const Vec3& uj,
                       RiccatiStage& s, FrameStage& f) {
-    assert(c > 0 && std::abs(rest.way.dot(ui)) < 1e-6);
+    assert(c > 0 && std::abs(rest.direction.dot(ui)) < 1e-6);
     const double cb = rest.cosine, sb = rest.sine;
-    const Vec3& d = rest.way;
+    const Vec3& d = rest.direction;
     const Vec3 m = cb * ui + sb * d, aside = ui.cross(d);
     const double kappa = m.dot(uj), slope = -c * (7 - kappa) / 6, curve = c / 6;
     const Vec2 di = ti.transpose() * d, vi = ti.transpose() * uj, ci = ti.transpose() * aside;

@@ -29,15 +29,15 @@ public:
     Prediction run(HubMotion& motion, int most_updates);
 
 private:
-    /// A share of the motion.
+    /// A fraction of the motion.
     struct Part {
-        double share = 1, mu = 0;
+        double fraction = 1, mu = 0;
         double put_in = 0;  // energy, by hand [N·mm]
         FeedPlan plan;
     };
 
     double narrowest() const;
-    double least_share() const;
+    double least_fraction() const;
     bool sliding_is_better(const Part& part) const {
         return !(part.mu < options_.prediction.sliding * at_.trust.unit());
     }
@@ -62,7 +62,7 @@ private:
     const GlobalOptions& options_;
     const int first_;          // segment of the window: a turn of a hub comes from the base
     double cap_ = 0;           // largest move of a joint [mm]
-    double least_ = 0;         // least share of the motion
+    double least_ = 0;         // least fraction of the motion
     double least_energy_ = 0;  // [N·mm]
     int updates_ = 0;
 };
@@ -80,7 +80,7 @@ Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMo
     assert(std::isfinite(asked.feed) && std::isfinite(asked.turn));
     assert(std::abs(asked.feed) <= wire.grid.segment_length);
     cap_ = narrowest();
-    least_ = least_share();
+    least_ = least_fraction();
     double stiffness = 0;
     for (int j = first_ - 1; j < wire.segments(); ++j) stiffness += wire.spring_constant(j);
     least_energy_ = 0.5 * stiffness * options.prediction.least_turned * options.prediction.least_turned;
@@ -96,12 +96,12 @@ double Predictor::narrowest() const {
     return cap;
 }
 
-double Predictor::least_share() const {
+double Predictor::least_fraction() const {
     const PredictionOptions& o = options_.prediction;
-    const double share = std::min({1.0, o.least_feed * wire_.grid.segment_length / std::abs(asked_.feed),
-                                   o.least_turn / std::abs(asked_.turn)});
-    assert(share > 0 && share <= 1);
-    return share;
+    const double fraction = std::min({1.0, o.least_feed * wire_.grid.segment_length / std::abs(asked_.feed),
+                                      o.least_turn / std::abs(asked_.turn)});
+    assert(fraction > 0 && fraction <= 1);
+    return fraction;
 }
 
 Prediction Predictor::run(HubMotion& motion, int most_updates) {
@@ -132,10 +132,10 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
 
 /// Makes the part's plan. False where the chain has first to be made whole, or the window is too short.
 bool Predictor::possible(Part& part) const {
-    assert(part.share > 0 && part.share <= 1);
+    assert(part.fraction > 0 && part.fraction <= 1);
     part.plan = {};
     if (asked_.feed == 0) return true;
-    part.plan = plan_feed(wire_, asked_.device, part.share * asked_.feed);
+    part.plan = plan_feed(wire_, asked_.device, part.fraction * asked_.feed);
     assert(std::abs(part.plan.mm) <= std::abs(asked_.feed));
     return part.plan.whole && part.plan.grows > first_;
 }
@@ -151,7 +151,7 @@ void Predictor::prepare(Part& part) {
     if (!at_.model.answers()) prepare_gains();
     part.put_in = -put_in_by_hand();
     if (part.plan.mm != 0) stretch(wire_, part.plan);
-    rotate(wire_, asked_.device, part.share * asked_.turn);
+    rotate(wire_, asked_.device, part.fraction * asked_.turn);
     part.put_in += put_in_by_hand();
     assert(validate(wire_).empty());
 }
@@ -174,7 +174,7 @@ bool Predictor::answers(const Part& part) {
     at_.model.update_slopes(wire_, contacts_);
     const double work = o.most_work * push_ * std::abs(part.plan.mm),
                  size = std::max(std::abs(start), least_energy_);
-    return answered(part, start + o.good_share * (size + work)) <= start + size + work;
+    return answered(part, start + o.good_fraction * (size + work)) <= start + size + work;
 }
 
 /// The gains become those of the whole wire at rest.
@@ -220,17 +220,17 @@ double Predictor::answered(const Part& part, double good_energy) {
 /// A wire about to snap answers by more than the model is good for to any motion: less of the motion, then
 /// the answer of a stiffer wire.
 void Predictor::make_less_of(Part& part) const {
-    if (part.share > least_)
-        part.share = std::max(least_, 0.5 * part.share);
+    if (part.fraction > least_)
+        part.fraction = std::max(least_, 0.5 * part.fraction);
     else
-        part.mu =
-            std::max(options_.trust.least_share * at_.trust.unit(), options_.prediction.stiffening * part.mu);
-    assert(part.share >= least_ && part.mu >= 0);
+        part.mu = std::max(options_.trust.least_fraction * at_.trust.unit(),
+                           options_.prediction.stiffening * part.mu);
+    assert(part.fraction >= least_ && part.mu >= 0);
 }
 
 /// The wire takes its answer. Returns the motion that was made.
 HubMotion Predictor::take(const Part& part) {
-    assert(part.share > 0);
+    assert(part.fraction > 0);
     at_.model.predict_contact_forces(wire_);
     at_.model.take(wire_);
     rebuild_joints(wire_);
@@ -241,14 +241,14 @@ HubMotion Predictor::take(const Part& part) {
     const bool same = wire_.segments() == segments && wire_.leading == leading;
     at_.foreseen = same ? segments : std::max(0, changes_from - 2);
     assert(at_.foreseen <= wire_.segments());
-    return {part.plan.mm, part.share * asked_.turn, asked_.device};
+    return {part.plan.mm, part.fraction * asked_.turn, asked_.device};
 }
 
 /// The devices are fed and turned without an answer.
 HubMotion Predictor::slide(const Part& part) {
-    assert(part.share > 0);
-    const HubMotion made{asked_.feed == 0 ? 0 : feed(wire_, asked_.device, part.share * asked_.feed),
-                         part.share * asked_.turn, asked_.device};
+    assert(part.fraction > 0);
+    const HubMotion made{asked_.feed == 0 ? 0 : feed(wire_, asked_.device, part.fraction * asked_.feed),
+                         part.fraction * asked_.turn, asked_.device};
     rotate(wire_, asked_.device, made.turn);
     return made;
 }

@@ -49,7 +49,7 @@ std::vector<std::string> problems(const RelaxerConfig&);
 /// Work for one call: `updates` updates, `distal_share` of them in the `distal_segments` segments at the tip.
 struct RelaxBudget {
     int updates = 400;
-    double distal_share = 0.75;
+    double distal_fraction = 0.75;
     int distal_segments = 60;
 };
 /// The budget of `cycles` whole relaxation cycles, ½N(N+1) updates each, on a wire of N segments.

@@ -8,21 +8,21 @@
 namespace physics {
 namespace {
 
-constexpr double seen_pivot = 1e-12;  // of a block: an eigenvalue below this share is rounding
+constexpr double seen_pivot = 1e-12;  // of a block: an eigenvalue below this fraction is rounding
 
 struct Pivot {
-    double least;  // lower eigenvalue
-    Vec2 way;      // its unit eigenvector
+    double least;    // lower eigenvalue
+    Vec2 direction;  // its unit eigenvector
 };
 
 Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     const double mean = 0.5 * (a + c), half = 0.5 * (a - c), root = std::hypot(half, b);
     Pivot p{mean - root, Vec2::UnitX()};
     assert(!(p.least > std::min(a, c) + 1e-9 * (std::abs(a) + std::abs(c))));
-    const Vec2 way(b, p.least - a);
+    const Vec2 direction(b, p.least - a);
     const Vec2 other(p.least - c, b);
-    const Vec2& longer = way.squaredNorm() > other.squaredNorm() ? way : other;
-    if (longer.squaredNorm() > 0) p.way = longer.normalized();
+    const Vec2& longer = direction.squaredNorm() > other.squaredNorm() ? direction : other;
+    if (longer.squaredNorm() > 0) p.direction = longer.normalized();
     return p;
 }
 
@@ -128,7 +128,7 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
     if (report.shifted++ == 0) {
         report.stage = stage;
         report.frame = -1;
-        report.way = pivot.way;
+        report.direction = pivot.direction;
     }
     // Where the block is large, what cancels in its eigenvalue is rounding. A floor that does not grow with
     // the block would let the value function grow by a square at each such stage, until it overflows.
@@ -136,9 +136,9 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
     const double low = -1 / std::max(floor, std::abs(pivot.least));
     const double high = -1 / std::max(floor, std::abs(q00 + q11 - pivot.least));
     assert(low <= 0 && high <= 0);
-    const Vec2& way = pivot.way;
-    return {high + (low - high) * way[0] * way[0], (low - high) * way[0] * way[1],
-            high + (low - high) * way[1] * way[1]};
+    const Vec2& direction = pivot.direction;
+    return {high + (low - high) * direction[0] * direction[0], (low - high) * direction[0] * direction[1],
+            high + (low - high) * direction[1] * direction[1]};
 }
 
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,

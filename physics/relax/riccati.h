@@ -115,16 +115,16 @@ using FrameMatrix = std::array<FrameVector, most_devices>;
 
 struct RiccatiReport {
     int shifted = 0;  // pivots that were not positive definite and were shifted until they were
-    // The most distal of them: its lower eigenvalue is the energy's own curvature along `way` while
-    // everything distal answers by its gains. `way` leads down where the gradient vanishes.
-    int stage = -1;           // index into stages
-    int frame = -1;           // whose twist of that segment it was; −1 = it was a turn of the segment
-    Vec2 way = Vec2::Zero();  // unit
+    // The most distal of them: its lower eigenvalue is the energy's own curvature along `direction` while
+    // everything distal answers by its gains. `direction` leads down where the gradient vanishes.
+    int stage = -1;                 // index into stages
+    int frame = -1;                 // whose twist of that segment it was; −1 = it was a turn of the segment
+    Vec2 direction = Vec2::Zero();  // unit
     // Slope and curvature by the frames' turns at the base, everything distal of it answering.
     FrameVector slope = {};
     FrameMatrix curve = {};
 
-    void state(StateStream& s) { s(shifted, stage, frame, way, slope, curve); }
+    void state(StateStream& s) { s(shifted, stage, frame, direction, slope, curve); }
 };
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust

@@ -18,10 +18,10 @@ int CycleWalk::next(int first, int last) {
 }
 
 Schedule::Turn Schedule::next(int segments, const RelaxBudget& budget) {
-    assert(segments >= 1 && budget.distal_share >= 0);
+    assert(segments >= 1 && budget.distal_fraction >= 0);
     const int window = std::min(segments, budget.distal_segments);
     if (window > 0 && window < segments) {
-        owed_ += budget.distal_share;
+        owed_ += budget.distal_fraction;
         if (owed_ >= 1) {
             owed_ -= 1;
             return {distal_.next(segments - window + 1, segments), false};

@@ -13,7 +13,7 @@ namespace physics {
 namespace {
 
 constexpr int tries = 6;                   // of an update that would raise the energy
-constexpr double try_again = 0.4;          // share of the last try
+constexpr double try_again = 0.4;          // fraction of the last try
 constexpr double unit_rounding = 1e-9;     // of a tangent's length
 constexpr double rest = 1e-10;             // largest turn in a sweep that counts as converged
 constexpr double update_rounding = 4e-16;  // of the energies that an update touches
@@ -226,7 +226,7 @@ double SegmentRelaxer::turn_segments(Chain& wire, Contacts& contacts, int segmen
     choose_segments(wire, contacts, segment);
     const SegmentProblem problem = local_problem(wire, contacts, {});
     const Tangents target = solve(wire, problem);
-    double share = 1;
+    double fraction = 1;
     const int n = wire.segments();
     for (int m = 0; m < count_; ++m) {
         if (!(std::abs(target[m].squaredNorm() - 1) < unit_rounding)) {  // overflow makes NaN or zero
@@ -234,12 +234,12 @@ double SegmentRelaxer::turn_segments(Chain& wire, Contacts& contacts, int segmen
             return 0;
         }
         const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
-        share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
-        assert(share >= 0 && share <= 1);
+        fraction = std::min(fraction, largest_fraction(problem.tangent[m], target[m], limit));
+        assert(fraction >= 0 && fraction <= 1);
     }
     Tangents next;
-    for (int attempt = 0; attempt < tries; ++attempt, share *= try_again) {
-        for (int m = 0; m < count_; ++m) next[m] = limited_turn(problem.tangent[m], target[m], share);
+    for (int attempt = 0; attempt < tries; ++attempt, fraction *= try_again) {
+        for (int m = 0; m < count_; ++m) next[m] = limited_turn(problem.tangent[m], target[m], fraction);
         if (try_turn(wire, contacts, next, n, config_.safeguard)) return largest_turn(wire, problem);
     }
     ++report.rejected;
@@ -261,9 +261,9 @@ double SegmentRelaxer::turn_piece(Chain& wire, Contacts& contacts, int segment, 
     const int end = segment + count_ - 1;  // joint that a closed piece ends at
     const SegmentProblem problem = local_problem(wire, contacts, closed ? contacts.sum_from(end) : PushSum{});
     const GeometricStep step(problem, lengths, closed);
-    double share = 1;
-    for (int attempt = 0; attempt < tries; ++attempt, share *= try_again) {
-        const auto next = step.turned(share, config_.turn_limit);
+    double fraction = 1;
+    for (int attempt = 0; attempt < tries; ++attempt, fraction *= try_again) {
+        const auto next = step.turned(fraction, config_.turn_limit);
         if (next && try_turn(wire, contacts, *next, closed ? end - 1 : n, true))
             return largest_turn(wire, problem);
     }

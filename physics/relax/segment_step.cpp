@@ -257,16 +257,16 @@ Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
     return newton.turned(alpha)[0];
 }
 
-double largest_share(const Vec3& u, const Vec3& v, double limit) {
+double largest_fraction(const Vec3& u, const Vec3& v, double limit) {
     assert(limit > 0);
     if (limit >= 2 || (v - u).norm() <= limit) return 1.0;
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
     const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
     const double phi = 2 * std::asin(0.5 * limit);
     // Of a turn that is at the limit but for rounding, all.
-    const double share = std::min(1.0, std::sin(phi) / (std::sin(phi) + std::sin(theta - phi)));
-    assert(share > 0);
-    return share;
+    const double fraction = std::min(1.0, std::sin(phi) / (std::sin(phi) + std::sin(theta - phi)));
+    assert(fraction > 0);
+    return fraction;
 }
 
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha) {

@@ -51,6 +51,6 @@ Vec3 small_turn_step(const SegmentProblem&, double sigma);
 
 /// Eq. 23: the blend (1−α)u + αv, made unit; and the largest α for which |u_new − u| ≤ limit, Eq. 24.
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha);
-double largest_share(const Vec3& u, const Vec3& v, double limit);
+double largest_fraction(const Vec3& u, const Vec3& v, double limit);
 
 }  // namespace physics

@@ -9,22 +9,22 @@
 namespace physics {
 namespace {
 
-/// A wall with a share of its stiffness.
+/// A wall with a fraction of its stiffness.
 class SofterWall final : public LumenWall {
 public:
-    SofterWall(const LumenWall& wall, double share) : wall_(wall), share_(share) {
-        assert(share > 0 && share < 1);
+    SofterWall(const LumenWall& wall, double fraction) : wall_(wall), fraction_(fraction) {
+        assert(fraction > 0 && fraction < 1);
     }
     void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         assert(joints.size() == contacts.size());
         wall_.rigid_contacts(joints, contacts);
-        for (WallContact& c : contacts) c.soften(share_);
+        for (WallContact& c : contacts) c.soften(fraction_);
     }
     bool same_vessel(int a, int b) const override { return wall_.same_vessel(a, b); }
 
 private:
     const LumenWall& wall_;
-    double share_;
+    double fraction_;
 };
 
 double stiffest(const ContactSet& contacts) {

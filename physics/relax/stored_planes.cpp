@@ -9,9 +9,9 @@ namespace physics {
 namespace {
 
 constexpr double reach_limit = 0.1;  // of the narrowest room that a joint has: how far planes are good for
-/// Share of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across
+/// Fraction of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across
 /// them from sweep to sweep; with 4 it bounces no higher than when every update asks.
-constexpr double round_share = 4;
+constexpr double round_fraction = 4;
 constexpr double still = 1e-9;  // a joint that moved less keeps its plane [mm]
 
 }  // namespace
@@ -50,7 +50,7 @@ void StoredPlanes::ask(const Chain& wire, int first) {
         index_.push_back(i);
         at_.push_back(wire.joints[i]);
         answer_.push_back(contacts_[i]);
-        answer_.back().share = wire.wall_share(i);
+        answer_.back().fraction = wire.wall_fraction(i);
     }
     wall_.contacts(at_, answer_);
     queries_ += static_cast<long long>(at_.size());
@@ -108,7 +108,7 @@ StoredPlanes::Plane StoredPlanes::plane_of(const Chain& wire, int joint) const {
     if (sine > 0.1) {
         const Vec3 hoop = round / sine;
         const double bent = c.curvature.isZero(0)
-                                ? round_share / std::max(c.clearance + c.penetration, 0.1 * c.clearance)
+                                ? round_fraction / std::max(c.clearance + c.penetration, 0.1 * c.clearance)
                                 : std::max(0.0, hoop.dot(c.curvature * hoop));
         p.hoop = std::sqrt(bent) * hoop;
     }

@@ -36,7 +36,7 @@ void TrustRegion::too_far(double reach, bool first_trial, bool corrected) {
     if (corrected) factor = o.corrected_growth;
     // Back to what the last step fitted with, which may just have been too hopeful.
     if (first_trial && mu_ > 0) factor = std::min(factor, o.first_growth);
-    double next = std::max(mu_ * factor, o.least_share * unit_);
+    double next = std::max(mu_ * factor, o.least_fraction * unit_);
     if (!corrected) {
         const double rise = (1 / reach - 1 / last_reach_) / (mu_ - last_mu_);
         if (reach < o.secant_reach && last_reach_ < o.secant_reach && rise > 0)
@@ -61,11 +61,11 @@ bool TrustRegion::too_short(double reach) {
 double TrustRegion::bisected() {
     assert(fell_short_ > 0 && went_too_far_ < fell_short_);
     if (++bisections_ >= options_.most_bisections) return fell_short_;
-    return std::sqrt(std::max(went_too_far_, options_.lowest_share * fell_short_) * fell_short_);
+    return std::sqrt(std::max(went_too_far_, options_.lowest_fraction * fell_short_) * fell_short_);
 }
 
 void TrustRegion::rejected() {
-    mu_ = std::max(options_.corrected_growth * mu_, options_.rejected_share * unit_);
+    mu_ = std::max(options_.corrected_growth * mu_, options_.rejected_fraction * unit_);
     assert(mu_ > 0);
 }
 
@@ -79,11 +79,11 @@ void TrustRegion::accepted(double reach, bool after_rejection) {
         next = std::clamp(last_mu_ + (1 / options_.secant_aim - 1 / last_reach_) / rise, next, mu_);
     assert(next <= mu_);  // the next step is as long at least
     mu_ = next;
-    if (mu_ < options_.forgotten_share * unit_) mu_ = 0;
+    if (mu_ < options_.forgotten_fraction * unit_) mu_ = 0;
 }
 
 void TrustRegion::crawled() {
-    mu_ = std::max(options_.first_growth * mu_, options_.least_share * unit_);
+    mu_ = std::max(options_.first_growth * mu_, options_.least_fraction * unit_);
     assert(mu_ > 0);
 }
 

@@ -25,7 +25,7 @@ public:
     /// No trust region: the whole step.
     void reset() { mu_ = 0; }
     /// Whether a step with this μ still moves a joint by more than its place is rounded by.
-    bool moves_joints() const { return mu_ <= options_.most_share * unit_; }
+    bool moves_joints() const { return mu_ <= options_.most_fraction * unit_; }
 
     /// Forgets the trials of the step before.
     void begin_step();

@@ -166,7 +166,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
         if (!past.alone()) ask_grid(past.seen_at(x), c);
         past.apply(x, joint, inner - joint, c);
     }
-    if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.way(c.station, x), c);
+    if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.coordinate(c.station, x), c);
     if (!past.inside()) past.part_cusps(x, joint, stiffness.joint_length(), c);
     return c;
 }
@@ -234,7 +234,7 @@ bool DistanceField::same_vessel(int station, int other) const {
 }
 
 void DistanceField::apply_stiffness(const Vec3& x, WallContact& c) const {
-    if (!data_->stiffness.uniform()) data_->stiffness.apply(data_->tree.way(c.station, x), c);
+    if (!data_->stiffness.uniform()) data_->stiffness.apply(data_->tree.coordinate(c.station, x), c);
 }
 
 void DistanceField::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {

@@ -21,9 +21,9 @@ void lead_on(TriangleMesh& mesh, const BoundaryLoop& rim, const OpenEnd& end) {
     std::vector<int> led;
     for (const int v : rim.vertices) {
         const Vec3 corner = mesh.vertices[v];
-        const double way = past_the_plane - past(end, corner);
-        led.push_back(way > 0 ? static_cast<int>(mesh.vertices.size()) : v);
-        if (way > 0) mesh.vertices.push_back(corner + way * end.outward_normal);
+        const double missing = past_the_plane - past(end, corner);
+        led.push_back(missing > 0 ? static_cast<int>(mesh.vertices.size()) : v);
+        if (missing > 0) mesh.vertices.push_back(corner + missing * end.outward_normal);
     }
     for (std::size_t i = 0; i < led.size(); ++i) {
         const std::size_t next = (i + 1) % led.size();

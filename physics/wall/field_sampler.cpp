@@ -346,8 +346,8 @@ private:
         return View(surface_, tree_, sheets_, runs_, station_of_triangle_, triangles_, band_.outer);
     }
     std::function<void(double)> part(double from, double to) const {
-        return [this, from, to](double share) {
-            if (progress_) progress_(from + (to - from) * share);
+        return [this, from, to](double fraction) {
+            if (progress_) progress_(from + (to - from) * fraction);
         };
     }
 

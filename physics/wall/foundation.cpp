@@ -24,7 +24,7 @@ double spread(const Tissue& tissue, double radius) {
     return std::pow(4 * bending / tissue.modulus, 0.25);
 }
 
-/// Hermite's shape functions of an element of length h at the share t of it: of the displacement and slope
+/// Hermite's shape functions of an element of length h at the fraction t of it: of the displacement and slope
 /// at its start, then at its end.
 std::array<double, 4> shapes(double t, double h) {
     const double u = 1 - t;
@@ -68,11 +68,11 @@ struct Foundation::Data {
     using Entries = std::vector<Eigen::Triplet<double>>;
     static void tie(const Place&, const Place&, double stiffness, Entries&);
     void tie_where_one(int branch, int other, Entries&) const;
-    double way_at(int station) const { return tree.way(station, tree.stations()[station].centre).way; }
-    Place place(int branch, double way) const;
+    double arc_at(int station) const { return tree.coordinate(station, tree.stations()[station].centre).arc; }
+    Place place(int branch, double arc) const;
     Place place(int station, const Vec3& x) const {
         const int branch = tree.stations()[station].branch;
-        return place(branch, tree.way(station, x).way + past_ends(branch, x));
+        return place(branch, tree.coordinate(station, x).arc + past_ends(branch, x));
     }
     double past_ends(int branch, const Vec3& x) const;
     int modelled(int station) const {
@@ -99,9 +99,9 @@ void Foundation::Data::look_at_stations() {
 
 /// The displacement of a branch at a way. Its first node's displacement is that of the place of its parent,
 /// with the slope its own.
-Place Foundation::Data::place(int branch, double way) const {
+Place Foundation::Data::place(int branch, double arc) const {
     const Beam& beam = beams[branch];
-    const double s = std::clamp((way - beam.start) / beam.length, 0.0, double(beam.elements));
+    const double s = std::clamp((arc - beam.start) / beam.length, 0.0, double(beam.elements));
     const int element = std::min(static_cast<int>(s), beam.elements - 1);
     Place p;
     p.weight = shapes(s - element, beam.length);
@@ -141,8 +141,8 @@ void Foundation::Data::lay(std::span<const CentrelineBranch> branches) {
             if (at < first || at >= first + stations) continue;
             (at - first < stations / 2 ? beam.before : beam.after) = goes_on(end);
         }
-        beam.start = way_at(first) - beam.before;
-        const double length = way_at(first + stations - 1) - way_at(first) + beam.before + beam.after;
+        beam.start = arc_at(first) - beam.before;
+        const double length = arc_at(first + stations - 1) - arc_at(first) + beam.before + beam.after;
         double least = *std::min_element(branch.radii.begin(), branch.radii.end());
         const double wanted = std::clamp(spread(tissues[b], least) / elements_per_length, shortest, longest);
         beam.elements = std::max(1, static_cast<int>(std::ceil(length / wanted)));
@@ -185,9 +185,9 @@ void Foundation::Data::tie_where_one(int branch, int other, Entries& entries) co
             own.radius + stations[nearest].radius - (stations[nearest].centre - own.centre).norm();
         if (overlap <= 0) return;
         const double width = std::min(overlap, 2 * own.radius),
-                     length = way_at(std::min(s + 1, end - 1)) - way_at(std::max(s - 1, start));
+                     length = arc_at(std::min(s + 1, end - 1)) - arc_at(std::max(s - 1, start));
         const double modulus = tissues[branch].wall / (thickness * thickness) * width / (2 * own.radius);
-        tie(place(branch, way_at(s)), place(nearest, own.centre), 0.5 * length * modulus, entries);
+        tie(place(branch, arc_at(s)), place(nearest, own.centre), 0.5 * length * modulus, entries);
     }
 }
 
@@ -201,7 +201,7 @@ void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
         int sample = 0;
         for (int e = 0; e < beam.elements; ++e) {
             const double middle = beam.start + (e + 0.5) * h;
-            while (sample + 1 < static_cast<int>(branch.points.size()) && way_at(first + sample) < middle)
+            while (sample + 1 < static_cast<int>(branch.points.size()) && arc_at(first + sample) < middle)
                 ++sample;
             const double bending = std::numbers::pi * std::pow(branch.radii[sample], 4) * tissues[b].wall;
             // ∫ k N Nᵀ and ∫ B N″ N″ᵀ over the element.
@@ -222,7 +222,7 @@ void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
         if (branch.parent >= 0) {
             constexpr double stiffer = 1e4;
             const double reach = std::max(h, spread(tissues[b], branch.radii[0]));
-            tie(place(static_cast<int>(b), way_at(first)), place(branch.parent, way_at(first)),
+            tie(place(static_cast<int>(b), arc_at(first)), place(branch.parent, arc_at(first)),
                 stiffer * k * reach, entries);
         }
         first += static_cast<int>(branch.points.size());

@@ -15,7 +15,7 @@
 namespace physics {
 namespace {
 
-/// A joint deeper inside than this share of the local radius casts no ray: it touches nothing.
+/// A joint deeper inside than this fraction of the local radius casts no ray: it touches nothing.
 constexpr double near_wall = 0.35;
 
 }  // namespace
@@ -77,19 +77,19 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) 
     const Vec3 out = x - origin;
     const double distance = out.norm();
     if (distance < 1e-9) return c;
-    const Vec3 way = out / distance;
+    const Vec3 direction = out / distance;
 
-    const RTCRayHit ray = embree.cast(origin, way);
+    const RTCRayHit ray = embree.cast(origin, direction);
     if (!EmbreeMesh::hits(ray)) return c;  // out through an open end
 
     const auto& triangle = mesh.triangles[ray.hit.primID];
     const Vec3 &p = mesh.vertices[triangle[0]], &q = mesh.vertices[triangle[1]],
                &r = mesh.vertices[triangle[2]];
     Vec3 normal = (q - p).cross(r - p).normalized();
-    if (normal.dot(way) < 0) normal = -normal;
+    if (normal.dot(direction) < 0) normal = -normal;
     c.normal = normal;
     c.penetration = normal.dot(x - p) + joint;
-    if (!stiffness.uniform()) stiffness.apply(tree.way(c.station, x), c);
+    if (!stiffness.uniform()) stiffness.apply(tree.coordinate(c.station, x), c);
     return c;
 }
 
@@ -98,7 +98,7 @@ bool MeshWall::same_vessel(int station, int other) const {
 }
 
 void MeshWall::apply_stiffness(const Vec3& x, WallContact& c) const {
-    if (!scene_->stiffness.uniform()) scene_->stiffness.apply(scene_->tree.way(c.station, x), c);
+    if (!scene_->stiffness.uniform()) scene_->stiffness.apply(scene_->tree.coordinate(c.station, x), c);
 }
 
 void MeshWall::rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {

@@ -123,15 +123,15 @@ bool Narrowing::depth(const Vec3& x, double joint, Depth& out) const {
     if (ends <= 0) return true;
     const double fall = 2 * widest + 5;  // more than any joint is deep [mm]
     const Step step = smooth_step(ends);
-    const Vec3 way = (slope - ends_from * to_lumen / s2) / width;
+    const Vec3 slope_of_width = (slope - ends_from * to_lumen / s2) / width;
     out.value -= fall * step.value;
-    out.gradient -= fall * step.slope * way;
-    out.hessian -=
-        fall * (step.curve * way * way.transpose() + step.slope / width * (bend - ends_from * of_lumen / s4));
+    out.gradient -= fall * step.slope * slope_of_width;
+    out.hessian -= fall * (step.curve * slope_of_width * slope_of_width.transpose() +
+                           step.slope / width * (bend - ends_from * of_lumen / s4));
     return true;
 }
 
-Vec3 Narrowing::way_in(const Vec3& x) const {
+Vec3 Narrowing::inward(const Vec3& x) const {
     const Mean mean(samples, Weights(samples, x));
     double widest = 0;
     for (const Sample& sample : samples) widest = std::max(widest, sample.lumen);
@@ -203,11 +203,11 @@ void NarrowedWall::rigid_contacts(std::span<const Vec3> joints, std::span<WallCo
         }
 }
 
-Vec3 NarrowedWall::way_in(const Vec3& x) const {
+Vec3 NarrowedWall::inward(const Vec3& x) const {
     Vec3 farthest = Vec3::Zero();
     for (std::size_t n = 0; n < narrowings_.size(); ++n) {
         if ((x - balls_[n].centre).norm() > balls_[n].radius) continue;
-        const Vec3 by = narrowings_[n].way_in(x);
+        const Vec3 by = narrowings_[n].inward(x);
         if (by.squaredNorm() > farthest.squaredNorm()) farthest = by;
     }
     return farthest;

@@ -36,7 +36,7 @@ struct Narrowing {
     };
     bool depth(const Vec3& x, double joint, Depth&) const;
     /// How far a place on the vessel's wall lies outside the tube, and the way in [mm].
-    Vec3 way_in(const Vec3& x) const;
+    Vec3 inward(const Vec3& x) const;
     /// Shear and pressure there [N/mm²].
     std::pair<double, double> holds_with(const Vec3& x) const;
 };
@@ -52,7 +52,7 @@ public:
     void narrow(std::vector<Narrowing>);
     std::span<const Narrowing> narrowings() const { return narrowings_; }
     /// The farthest way into a tube of a place on the wall; 0 where none stands in its way [mm].
-    Vec3 way_in(const Vec3&) const;
+    Vec3 inward(const Vec3&) const;
     /// Radius of the narrowest tube around a place; infinity where there is none [mm].
     double narrowest(const Vec3&) const;
 

@@ -9,12 +9,12 @@
 namespace physics {
 namespace {
 
-constexpr double turn = 4;           // grid nodes past the plane in which the field becomes that of the plane
-constexpr double passing_share = 1;  // of the end's radius
-constexpr double passing_root = 0.3;  // of that of an aorta
-constexpr double starts_over = 0.25;  // of the end's radius: the narrowing
-constexpr double closes_over = 1;     // way past a cone's last place [mm]
-constexpr double seam_fades = 0.7;    // over which a seam ends around its axis [mm]
+constexpr double turn = 4;  // grid nodes past the plane in which the field becomes that of the plane
+constexpr double passing_fraction = 1;  // of the end's radius
+constexpr double passing_root = 0.3;    // of that of an aorta
+constexpr double starts_over = 0.25;    // of the end's radius: the narrowing
+constexpr double closes_over = 1;       // way past a cone's last place [mm]
+constexpr double seam_fades = 0.7;      // over which a seam ends around its axis [mm]
 
 double square(double x) {
     return x * x;
@@ -33,9 +33,9 @@ struct SmoothStep {
 };
 
 /// A way that starts smoothly at 0, over `start` [mm], and its derivatives.
-struct Way {
+struct SmoothStart {
     double value, slope, curve;
-    Way(double t, double start) {
+    SmoothStart(double t, double start) {
         const SmoothStep step(t / start);
         value = start * step.integral + std::max(0.0, t - start);
         slope = step.value;
@@ -180,8 +180,8 @@ PastEnd::PastEnd(const Vec3& x, std::span<const ContinuedEnd> ends, std::span<co
     }
     if (!end_) return;
     constexpr double at_once = 1e-9;  // [mm]
-    const double share = end_->end.goes_on == Continuation::Root ? passing_root : passing_share;
-    passing_ = spacing > 0 ? share * end_->end.radius : at_once;
+    const double fraction = end_->end.goes_on == Continuation::Root ? passing_root : passing_fraction;
+    passing_ = spacing > 0 ? fraction * end_->end.radius : at_once;
     const double length = std::max(turn * spacing, at_once);
     const SmoothStep step(past_ / length);
     kept_ = std::min(past_, length) - length * step.integral;
@@ -195,7 +195,7 @@ void PastEnd::flatten(double known, WallContact& c) const {
     constexpr double least_known = 0.05;  // [mm]
     known = std::max(known, least_known);
     const Vec3& out = end_->end.outward_normal;
-    const Way depth(c.penetration + known, known);
+    const SmoothStart depth(c.penetration + known, known);
     c.penetration = depth.value - 0.5 * known;
     c.curvature = depth.slope * c.curvature + depth.curve * c.normal * c.normal.transpose();
     c.normal *= depth.slope;
@@ -210,8 +210,8 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
     const Mat3 along = out * out.transpose();
     const Vec3 beside = x - end_->end.centre - past_ * out;
     const auto of = [&](const RoundCone& cone) {
-        const Way ahead(past_ - cone.last, closes_over), back(cone.first - past_, closes_over),
-            way(past_ - cone.starts, starts_over * end_->end.radius);
+        const SmoothStart ahead(past_ - cone.last, closes_over), back(cone.first - past_, closes_over),
+            along_cone(past_ - cone.starts, starts_over * end_->end.radius);
         const Vec3 w = beside - cone.aside + (ahead.value * ahead.slope - back.value * back.slope) * out;
         const double curve_of_w = ahead.slope * ahead.slope + ahead.value * ahead.curve +
                                   back.slope * back.slope + back.value * back.curve;
@@ -224,10 +224,10 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
                      slope = in_core ? (6 - 2 * square / (c * c)) / (8 * c) : 1 / (2 * q),
                      curve = -1 / (4 * std::pow(in_core ? c : q, 3));
         Depth d;
-        d.value = phi - cone.radius + cone.narrows * way.value;
-        d.slope = 2 * slope * w + cone.narrows * way.slope * out;
+        d.value = phi - cone.radius + cone.narrows * along_cone.value;
+        d.slope = 2 * slope * w + cone.narrows * along_cone.slope * out;
         d.curve = 2 * slope * (Mat3::Identity() - along + curve_of_w * along) +
-                  4 * curve * w * w.transpose() + cone.narrows * way.curve * along;
+                  4 * curve * w * w.transpose() + cone.narrows * along_cone.curve * along;
         d.steepest = 1 + cone.narrows;
         return d;
     };
@@ -292,16 +292,16 @@ void PastEnd::part_cusps(const Vec3& x, double joint, double joint_length, WallC
     // How far they are parted: all along it to nothing at its ends, and around it.
     const double within = 1 - t * t;
     const SmoothStep fade((beside.squaredNorm() - full) / over);
-    const double share = within * within * within, slope = -6 * t * within * within / seam.half,
+    const double fraction = within * within * within, slope = -6 * t * within * within / seam.half,
                  curve = 6 * within * (5 * t * t - 1) / (seam.half * seam.half), around = 1 - fade.value;
     const Vec3 fades = -2 * fade.slope / over * beside;
     const Mat3 axis = out * out.transpose();
     const Mat3 cross = slope * fades * out.transpose();
-    const double parted = share * around;
-    const Vec3 first = slope * around * out + share * fades;
+    const double parted = fraction * around;
+    const Vec3 first = slope * around * out + fraction * fades;
     const Mat3 second = curve * around * axis + cross + cross.transpose() -
-                        share * (2 * fade.slope / over * (Mat3::Identity() - axis) +
-                                 4 * fade.curve / (over * over) * beside * beside.transpose());
+                        fraction * (2 * fade.slope / over * (Mat3::Identity() - axis) +
+                                    4 * fade.curve / (over * over) * beside * beside.transpose());
     // Of the cusps, k d²/2 with d = 4/3 a where they are parted.
     const double whole = 4.0 / 3 * joint, k = joint_length * seam.squeeze(joint) / whole, d = whole * parted;
     const Vec3 push = k * d * whole * first + (c.touches() ? c.push() : Vec3(Vec3::Zero()));

@@ -26,7 +26,7 @@ struct RoundCone {
     double core = 0.5;          // [mm]
 
     static constexpr double on_axis =
-        0.375;  // share of the core by which a joint there is nearer to the wall
+        0.375;  // fraction of the core by which a joint there is nearer to the wall
 };
 
 /// Where closed cusps lie on each other, in diastole: what goes through parts them.

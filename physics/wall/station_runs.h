@@ -37,7 +37,7 @@ public:
         double least = seed >= 0 ? stations_[seed].power(x) : std::numeric_limits<double>::infinity();
         const auto passed_over = [&](const Sphere& sphere) {
             const double gap = std::max(0.0, (x - sphere.centre).norm() - sphere.reach);
-            return gap * gap - sphere.widest * sphere.widest > least + rounding_share;
+            return gap * gap - sphere.widest * sphere.widest > least + rounding_fraction;
         };
         for (const Sphere& group : groups_) {
             if (passed_over(group)) continue;
@@ -55,7 +55,7 @@ public:
     /// Whether x is within this many radii and a margin [mm] of a station.
     bool near(const Vec3& x, double radii, double margin) const {
         return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
-            const double most = run.reach + radii * run.widest + margin + rounding_share;
+            const double most = run.reach + radii * run.widest + margin + rounding_fraction;
             if ((x - run.centre).squaredNorm() > most * most) return false;
             return std::any_of(chosen_.begin() + run.first, chosen_.begin() + run.last, [&](int s) {
                 const double limit = radii * stations_[s].radius + margin;
@@ -66,7 +66,7 @@ public:
 
 private:
     static constexpr int fixed_length = 16;
-    static constexpr double rounding_share = 1e-6;
+    static constexpr double rounding_fraction = 1e-6;
     struct Sphere {
         int begin, end;   // of a run: in `chosen_`; of a group: in `runs_`
         int first, last;  // in `chosen_`

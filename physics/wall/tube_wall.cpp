@@ -14,7 +14,7 @@ namespace {
 constexpr int run = 32;  // segments in a ball
 
 Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
-    return a + geometry::closest_share(a, b, x) * (b - a);
+    return a + geometry::closest_fraction(a, b, x) * (b - a);
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, 
             ball.radius = std::max(ball.radius, (centreline_[i] - ball.centre).norm() * (1 + 1e-12));
         balls_.push_back(ball);
     }
-    if (!stiffness_.uniform()) ways_ = ways_along(centreline_);
+    if (!stiffness_.uniform()) arc_lengths_ = arc_lengths(centreline_);
     for (int e = 0; e < static_cast<int>(ends.size()); ++e) {
         const Vec3& centre = ends[static_cast<std::size_t>(e)].centre;
         const bool start =
@@ -53,13 +53,13 @@ TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, 
     }
     // As CentrelineTree::ends_at: two radii along the tube.
     const int last = static_cast<int>(centreline_.size()) - 2;
-    double way = 0;
-    while (until_ < last && way < 2 * radius_)
-        ++until_, way += (centreline_[until_ + 1] - centreline_[until_]).norm();
+    double passed = 0;
+    while (until_ < last && passed < 2 * radius_)
+        ++until_, passed += (centreline_[until_ + 1] - centreline_[until_]).norm();
     from_ = last + 1;
-    way = 0;
-    while (from_ > 0 && way < 2 * radius_)
-        --from_, way += (centreline_[from_ + 1] - centreline_[from_]).norm();
+    passed = 0;
+    while (from_ > 0 && passed < 2 * radius_)
+        --from_, passed += (centreline_[from_ + 1] - centreline_[from_]).norm();
 }
 
 std::span<const int> TubeWall::ends_at(int segment) const {
@@ -123,14 +123,14 @@ Mat3 TubeWall::curvature(const Vec3& along, const Vec3& normal, double distance,
 /// What the tube says to a joint of this radius, as if it had no ends.
 void TubeWall::ask_tube(const Vec3& x, double joint, WallContact& c) const {
     const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
-    const double share = geometry::closest_share(a, b, x);
-    const Vec3 out = x - (a + share * (b - a));
+    const double fraction = geometry::closest_fraction(a, b, x);
+    const Vec3 out = x - (a + fraction * (b - a));
     const double distance = out.norm();
     c.penetration = distance + joint - radius_;
     c.clearance = radius_ - joint;
     if (distance > 1e-12) {
         c.normal = out / distance;
-        c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);
+        c.curvature = curvature(b - a, c.normal, distance, fraction == 0 || fraction == 1);
     }
     c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
 }
@@ -149,7 +149,8 @@ WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
         ask_tube(past.seen_at(x), joint, c);
         past.apply(x, joint, radius_ - joint, c);
     }
-    if (!stiffness_.uniform()) stiffness_.apply(vessel_way(centreline_, ways_, c.station, x), c);
+    if (!stiffness_.uniform())
+        stiffness_.apply(centreline_coordinate(centreline_, arc_lengths_, c.station, x), c);
     if (!past.inside()) past.part_cusps(x, joint, stiffness_.joint_length(), c);
     return c;
 }

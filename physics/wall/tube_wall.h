@@ -44,7 +44,7 @@ private:
     double radius_;
     WallStiffness stiffness_;
     double wire_radius_;
-    std::vector<double> ways_;  // of the points, where the stiffness is not uniform [mm]
+    std::vector<double> arc_lengths_;  // of the points, where the stiffness is not uniform [mm]
     std::vector<ContinuedEnd> ends_;
     /// Indices of the ends that a joint may lie past at no end, near the tube's start, its finish, or both.
     std::array<std::vector<int>, 4> near_;

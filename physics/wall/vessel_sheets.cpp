@@ -6,7 +6,7 @@
 namespace physics {
 namespace {
 
-constexpr double way_rounding = 1e-6;  // of sums of lengths [mm]
+constexpr double length_rounding = 1e-6;  // of sums of lengths [mm]
 
 /// For each station, the largest value over all stations of radius less half the way there along the vessels:
 /// no station beyond it is seen from farther than twice the sum of that value and the looker's radius.
@@ -34,7 +34,7 @@ std::vector<double> widest_beyond(const CentrelineTree& tree) {
 
 /// Stations within reach along the vessels (Dijkstra's algorithm, stopped there).
 std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vector<double>& widest,
-                           std::vector<double>& way, std::vector<int>& entries) {
+                           std::vector<double>& distance, std::vector<int>& entries) {
     const auto stations = tree.stations();
     const auto enters = [&](int s) {
         return stations[s].branch != stations[from].branch &&
@@ -43,12 +43,12 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
     using Entry = std::pair<double, int>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     std::vector<int> touched{from}, seen;
-    way[from] = 0;
+    distance[from] = 0;
     open.push({0.0, from});
     while (!open.empty()) {
         const auto [length, s] = open.top();
         open.pop();
-        if (length > way[s]) continue;
+        if (length > distance[s]) continue;
         // A station always sees its own neighbours, however far apart the samples are.
         const auto next = tree.neighbours(from);
         if (length <= 2 * (stations[from].radius + stations[s].radius) ||
@@ -58,14 +58,14 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
         }
         for (int t : tree.neighbours(s)) {
             const double there = length + (stations[t].centre - stations[s].centre).norm();
-            const double reach = 2 * (stations[from].radius + widest[t]) + way_rounding;
-            if ((there > reach && s != from) || there >= way[t]) continue;
-            if (way[t] == std::numeric_limits<double>::max()) touched.push_back(t);
-            way[t] = there;
+            const double reach = 2 * (stations[from].radius + widest[t]) + length_rounding;
+            if ((there > reach && s != from) || there >= distance[t]) continue;
+            if (distance[t] == std::numeric_limits<double>::max()) touched.push_back(t);
+            distance[t] = there;
             open.push({there, t});
         }
     }
-    for (int s : touched) way[s] = std::numeric_limits<double>::max();
+    for (int s : touched) distance[s] = std::numeric_limits<double>::max();
     std::sort(seen.begin(), seen.end());
     return seen;
 }
@@ -104,9 +104,10 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
     const int count = static_cast<int>(stations.size());
     const std::vector<double> widest = widest_beyond(tree);
     VesselSheets sheets;
-    std::vector<double> way(count, std::numeric_limits<double>::max());
+    std::vector<double> distance(count, std::numeric_limits<double>::max());
     sheets.entries.resize(count);
-    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, widest, way, sheets.entries[s]));
+    for (int s = 0; s < count; ++s)
+        sheets.seen.push_back(seen_from(tree, s, widest, distance, sheets.entries[s]));
     auto sees = [&](int a, int b) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };
@@ -128,7 +129,7 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
             if (gap < reach && !sees(s, t)) return true;
             // The next stations are nearer by no more than the way along the vessel to them.
             const double past =
-                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - way_rounding;
+                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - length_rounding;
             for (++t; t < s && along[t] < past;) ++t;
         }
         return false;

@@ -28,7 +28,7 @@ WallContact LumenWall::rigid_contact(const Vec3& at, int station, const WallCont
     WallContact c;
     c.station = station, c.thickness = asked.thickness, c.held = asked.held;
     rigid_contacts({&at, 1}, {&c, 1});
-    c.share = asked.share, c.give = asked.give, c.along = asked.along;
+    c.fraction = asked.fraction, c.give = asked.give, c.along = asked.along;
     return c;
 }
 
@@ -75,7 +75,7 @@ std::optional<Vec3> LumenWall::find_place(const Vec3& x, WallContact& at, Vec3& 
     const WallContact asked = at;
     const double support = 1 / asked.give;
     const Across across{asked.along};
-    const auto k_of = [&](const WallContact& c) { return asked.share * c.stiffness; };
+    const auto k_of = [&](const WallContact& c) { return asked.fraction * c.stiffness; };
     const auto energy = [&](const WallContact& c, const Vec3& place) {
         return 0.5 * support * (x - place).squaredNorm() + wall_energy(c, k_of(c));
     };
@@ -121,7 +121,7 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
     const WallContact asked = at;
     const std::optional<Vec3> left = find_place(x, at, y);
     if (!left) return false;
-    const double k = asked.share * at.stiffness, in_series = 1 / (1 / k + give);
+    const double k = asked.fraction * at.stiffness, in_series = 1 / (1 / k + give);
     const Across across{asked.along};
     Mat3 of_wall = hessian(at, k, true);
     Mat3 held = Mat3::Identity() + give * across(of_wall);
@@ -141,7 +141,7 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
     at.curvature = (second - in_series * at.normal * at.normal.transpose()) / force;
     at.stiffness = in_series;
     at.stiffening.setZero();
-    at.share = asked.share, at.give = asked.give, at.along = asked.along;
+    at.fraction = asked.fraction, at.give = asked.give, at.along = asked.along;
     at.given = give * across(push);
     return true;
 }
@@ -156,13 +156,13 @@ WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
     WallContact c = rigid_contact(x, asked.station, asked);
     if (c.touches()) {
         const Vec3 normal = Across{asked.along}(c.normal);
-        const double k = asked.share * c.stiffness;
-        const double way = asked.give * k * c.penetration / (1 + asked.give * k * normal.squaredNorm());
-        const Vec3 y = x - way * normal;
+        const double k = asked.fraction * c.stiffness;
+        const double arc = asked.give * k * c.penetration / (1 + asked.give * k * normal.squaredNorm());
+        const Vec3 y = x - arc * normal;
         WallContact there = rigid_contact(y, c.station, asked);
         if (made_way(x, there, y)) return there;
     }
-    c.soften(asked.share);
+    c.soften(asked.fraction);
     if (c.touches()) {  // along the normal that the wall has for it
         c.stiffness = 1 / (1 / c.stiffness + asked.give);
         c.given = asked.give * c.force() * Across{asked.along}(c.normal);
@@ -183,7 +183,7 @@ WallContact LumenWall::shifted(const Vec3& x, WallContact asked) const {
 void LumenWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     assert(joints.size() == contacts.size());
     // A run of joints whose vessels stay where they are is asked for at once.
-    thread_local std::vector<double> shares;
+    thread_local std::vector<double> fractions;
     const auto stays = [](const WallContact& c) { return c.give == 0; };
     for (std::size_t i = 0; i < joints.size();) {
         if (!stays(contacts[i])) {
@@ -192,12 +192,13 @@ void LumenWall::contacts(std::span<const Vec3> joints, std::span<WallContact> co
             continue;
         }
         std::size_t end = i;
-        shares.clear();
-        for (; end < joints.size() && stays(contacts[end]); ++end) shares.push_back(contacts[end].share);
+        fractions.clear();
+        for (; end < joints.size() && stays(contacts[end]); ++end)
+            fractions.push_back(contacts[end].fraction);
         rigid_contacts(joints.subspan(i, end - i), contacts.subspan(i, end - i));
-        for (const double share : shares) {
-            contacts[i].soften(share);
-            contacts[i++].share = share;
+        for (const double fraction : fractions) {
+            contacts[i].soften(fraction);
+            contacts[i++].fraction = fraction;
         }
     }
 }

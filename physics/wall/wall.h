@@ -28,7 +28,7 @@ struct WallContact {
     int station = -1;      // where along the vessel the joint is; pass it back with the next query
     // Asked with the query:
     double thickness = 0;       // of the joint beyond the radius that the wall knows [mm]
-    double share = 1;           // of the wall's stiffness for a joint of the spec's λ [-]
+    double fraction = 1;        // of the wall's stiffness for a joint of the spec's λ [-]
     double give = 0;            // way of the vessel for each newton of the joint; 0 = it stays [mm/N]
     Vec3 along = Vec3::Zero();  // direction in which the vessel does not make way: its own; 0 = there is none
     Vec3 shift = Vec3::Zero();  // of the vessel by others' forces, held while a rest is sought [mm]
@@ -48,8 +48,8 @@ struct WallContact {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
     }
     void state(StateStream& s) {
-        s(penetration, normal, curvature, stiffness, stiffening, trust, clearance, station, thickness, share,
-          give, along, shift, given);
+        s(penetration, normal, curvature, stiffness, stiffening, trust, clearance, station, thickness,
+          fraction, give, along, shift, given);
     }
     /// How deep the joint is in the wall of the vessel as it has made way: of two springs in series that of
     /// the wall [mm].

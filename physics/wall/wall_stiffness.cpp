@@ -23,29 +23,29 @@ WallStiffness::WallStiffness(double mean, double length, std::vector<Term> terms
         throw std::invalid_argument("the terms of a profile of wall stiffness must add up to less than k");
 }
 
-double WallStiffness::at(double way) const {
-    const double w = std::numbers::pi * std::clamp(way / length_, 0.0, 1.0);
+double WallStiffness::at(double arc) const {
+    const double w = std::numbers::pi * std::clamp(arc / length_, 0.0, 1.0);
     double sum = mean_, g = 0;
     for (const Term& term : terms_) sum += term.amplitude * std::cos(++g * w + term.phase);
     return sum;
 }
 
-double WallStiffness::slope(double way) const {
-    if (way <= 0 || way >= length_) return 0;
+double WallStiffness::slope(double arc) const {
+    if (arc <= 0 || arc >= length_) return 0;
     const double unit = std::numbers::pi / length_;
     double sum = 0, g = 0;
     for (const Term& term : terms_) {
         g += unit;
-        sum -= g * term.amplitude * std::sin(g * way + term.phase);
+        sum -= g * term.amplitude * std::sin(g * arc + term.phase);
     }
     return sum;
 }
 
 double WallStiffness::average(double from, double to) const {
     const double unit = std::numbers::pi / length_;
-    const auto integral = [&](double way) {
-        const double s = std::clamp(way, 0.0, length_);
-        double sum = mean_ * s + at(way) * (way - s), g = 0;
+    const auto integral = [&](double arc) {
+        const double s = std::clamp(arc, 0.0, length_);
+        double sum = mean_ * s + at(arc) * (arc - s), g = 0;
         for (const Term& term : terms_) {
             g += unit;
             sum += term.amplitude / g * std::sin(g * s + term.phase);
@@ -63,9 +63,9 @@ WallStiffness WallStiffness::per(double joint_length) const {
     return same;
 }
 
-void WallStiffness::apply(const VesselWay& place, WallContact& contact) const {
-    contact.stiffness = at(place.way);
-    contact.stiffening = slope(place.way) * place.gradient;
+void WallStiffness::apply(const CentrelineCoordinate& place, WallContact& contact) const {
+    contact.stiffness = at(place.arc);
+    contact.stiffening = slope(place.arc) * place.gradient;
 }
 
 WallStiffness WallVariation::of(double mean, double whole) const {

@@ -10,8 +10,8 @@
 
 namespace physics {
 
-/// K(s) = k + Σ_g k_g cos(g π s/L + φ_g), s the way along the vessel [mm]; the paper counts s in its Ω pieces
-/// of artery.
+/// K(s) = k + Σ_g k_g cos(g π s/L + φ_g), s the arc length along the vessel [mm]; the paper counts s in its Ω
+/// pieces of artery.
 class WallStiffness {
 public:
     /// k_g [N/mm] and φ_g [rad] of one term; the first term has g = 1.
@@ -27,7 +27,7 @@ public:
     /// stiffness might not be positive.
     WallStiffness(double mean, double length, std::vector<Term> terms);
 
-    /// The same, of joints that stand for this length of the chain where their share of the wall is whole
+    /// The same, of joints that stand for this length of the chain where their fraction of the wall is whole
     /// [mm]. Where nobody says, it is 1 mm. Throws std::invalid_argument when it is not positive and finite.
     WallStiffness per(double joint_length) const;
     double joint_length() const { return joint_length_; }
@@ -36,11 +36,11 @@ public:
     double mean() const { return mean_; }      // k [N/mm]
     double length() const { return length_; }  // L [mm]
     std::span<const Term> terms() const { return terms_; }
-    double at(double way) const;                   // K [N/mm]
-    double slope(double way) const;                // dK/ds, 0 beyond the ends [N/mm²]
+    double at(double arc) const;                   // K [N/mm]
+    double slope(double arc) const;                // dK/ds, 0 beyond the ends [N/mm²]
     double average(double from, double to) const;  // of K over a way of some length, in closed form [N/mm]
     /// Sets the stiffness of a contact there and its gradient.
-    void apply(const VesselWay& at, WallContact&) const;
+    void apply(const CentrelineCoordinate& at, WallContact&) const;
 
 private:
     double mean_, length_, joint_length_ = 1;

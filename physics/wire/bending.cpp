@@ -11,7 +11,7 @@ namespace {
 Vec3 cosine_slope(const Vec3& u, const Vec3& next, const RestBend& rest) {
     assert(std::abs(u.squaredNorm() - 1) < 1e-9);
     if (rest.straight()) return next;
-    return rest.cosine * next - rest.sine * u.dot(next) * rest.way;
+    return rest.cosine * next - rest.sine * u.dot(next) * rest.direction;
 }
 
 /// Calls use(C, rest bend) for all devices that are straight at the joint, as one, and for each that bends.
@@ -37,7 +37,7 @@ double twist_slope(const Chain& chain, int joint, double c, const RestBend& rest
     assert(c > 0 && joint < chain.segments());
     const Vec3 &u = chain.tangents[joint], &next = chain.tangents[joint + 1];
     const double kappa = rest_direction(u, rest).dot(next);
-    return -c / 6 * (7 - kappa) * rest.sine * u.cross(rest.way).dot(next);
+    return -c / 6 * (7 - kappa) * rest.sine * u.cross(rest.direction).dot(next);
 }
 
 /// The twist that a turn of both tangents at a joint of the chain adds distal of it, per unit turn.

@@ -11,7 +11,7 @@
 namespace physics {
 namespace {
 
-/// Lengths are whole numbers of λ to this share of it, in spite of rounding.
+/// Lengths are whole numbers of λ to this fraction of it, in spite of rounding.
 constexpr double whole_segment = 1e-9;
 
 std::string joined(const std::vector<std::string>& sentences) {
@@ -136,7 +136,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
     const std::size_t devices = chain.devices.size();
     const double whole = cell.length / cell.give, length = chain.length_of(joint), spring = whole / length;
     assert(std::isfinite(spring) && spring > 0);
-    // The devices' shares of the stiffness are all of it.
+    // The devices' fractions of the stiffness are all of it.
     assert(std::abs(std::accumulate(cell.fraction.begin(), cell.fraction.end(), 0.0) - cell.length) <=
            1e-9 * cell.length);
     chain.rigidity[joint] = whole;
@@ -144,7 +144,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
     for (std::size_t k = 0; k < devices; ++k) {
         Device& device = chain.devices[k];
         const double fraction = cell.fraction[k] / cell.length;
-        device.share[joint] = std::min(1.0, cell.covered[k] / cell.length);
+        device.fraction[joint] = std::min(1.0, cell.covered[k] / cell.length);
         device.rigidity[joint] = fraction * whole;
         RestTurn& rest = device.rest[joint] = {};
         // With EndCells::Paper the first joint stands for twice its cell.
@@ -154,7 +154,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
         assert(fraction > 0 && fraction < 1 + 1e-9);
         rest.angle = angle / fraction;
         rest.cosine = std::cos(rest.angle), rest.sine = std::sin(rest.angle);
-        rest.way = bend / angle;
+        rest.direction = bend / angle;
         stored += 0.5 * spring * angle * angle * (1 - 1 / fraction);
         for (std::size_t l = k + 1; l < devices; ++l) {
             // Turned by Δ against the first: κ_k·R(Δ)κ_l = cos Δ κ_k·κ_l − sin Δ κ_k × κ_l.
@@ -206,7 +206,7 @@ void assign_from(Chain& chain, int first) {
          {&chain.rigidity, &chain.stored, &chain.thickness, &chain.friction, &chain.static_friction})
         list->resize(n + 1);
     for (Device& device : chain.devices) {
-        device.share.resize(n + 1);
+        device.fraction.resize(n + 1);
         device.rigidity.resize(n + 1);
         device.rest.resize(n + 1);
     }
@@ -240,10 +240,10 @@ void assign_from(Chain& chain, int first) {
         double radius = inner, friction = chain.devices[0].spec.friction,
                held = chain.devices[0].spec.holding_friction();
         for (const Device& device : chain.devices) {
-            const double share = device.share[j];
-            radius += share * (0.5 * device.spec.outer_diameter - radius);
-            friction += share * (device.spec.friction - friction);
-            held += share * (device.spec.holding_friction() - held);
+            const double fraction = device.fraction[j];
+            radius += fraction * (0.5 * device.spec.outer_diameter - radius);
+            friction += fraction * (device.spec.friction - friction);
+            held += fraction * (device.spec.holding_friction() - held);
         }
         chain.thickness[j] = radius - inner;
         chain.friction[j] = friction;
@@ -443,18 +443,18 @@ void follow_leader(Chain& chain) {
     for (int j = 0; j <= chain.segments(); ++j) {
         place += chain.lengths[j];
         for (; i < old.segments() && passed + old.lengths[i] < place; ++i) passed += old.lengths[i];
-        const double share = std::clamp((place - passed) / old.lengths[i], 0.0, 1.0);
-        chain.stations[j] = old.stations[share < 0.5 ? i - 1 : i];
+        const double fraction = std::clamp((place - passed) / old.lengths[i], 0.0, 1.0);
+        chain.stations[j] = old.stations[fraction < 0.5 ? i - 1 : i];
         for (std::size_t k = 0; k < chain.devices.size(); ++k)
             if (const auto& wound = old.devices[k].wound; !wound.empty())
-                chain.devices[k].wound[j] = wound[i - 1] + share * (wound[i] - wound[i - 1]);
+                chain.devices[k].wound[j] = wound[i - 1] + fraction * (wound[i] - wound[i - 1]);
         if (old.grips.empty()) continue;
         const Grip &a = old.grips[i - 1], &b = old.grips[i];
-        Grip& grip = chain.grips[j] = share < 0.5 ? a : b;
+        Grip& grip = chain.grips[j] = fraction < 0.5 ? a : b;
         // Each holds its own stretch of the chain.
         const Vec3 before = a.anchor - old.joints[i - 1], after = b.anchor - old.joints[i];
-        grip.anchor = chain.joints[j] + before + share * (after - before);
-        grip.roll = a.roll + share * (b.roll - a.roll);
+        grip.anchor = chain.joints[j] + before + fraction * (after - before);
+        grip.roll = a.roll + fraction * (b.roll - a.roll);
     }
     assign(chain);
     assert(std::abs(chain.inserted_length() - old.inserted_length()) < 1e-6);
@@ -584,30 +584,30 @@ struct Curvature {
 
 }  // namespace
 
-void split_segment(Chain& chain, int i, double share) {
-    assert(i >= 1 && i <= chain.segments() && share > 0 && share < 1);
+void split_segment(Chain& chain, int i, double fraction) {
+    assert(i >= 1 && i <= chain.segments() && fraction > 0 && fraction < 1);
     const Vec3 u = chain.tangents[i];
     const double length = chain.lengths[i];
     const Curvature before(chain, i - 1), after(chain, i);
     chain.tangents.insert(chain.tangents.begin() + i + 1, u);
-    chain.lengths[i] = made_whole(chain, share * length);
+    chain.lengths[i] = made_whole(chain, fraction * length);
     chain.lengths.insert(chain.lengths.begin() + i + 1, made_whole(chain, length - chain.lengths[i]));
     chain.joints.insert(chain.joints.begin() + i, Vec3::Zero());
     const int station = chain.stations[i - 1];
     chain.stations.insert(chain.stations.begin() + i, station);
     for (Device& device : chain.devices)
         if (device.twists_by_segments()) {
-            const double from = device.wound[i - 1], at = from + share * (device.wound[i] - from);
+            const double from = device.wound[i - 1], at = from + fraction * (device.wound[i] - from);
             device.wound.insert(device.wound.begin() + i, at);
         }
     if (!chain.grips.empty()) {
         Grip grip;
         const Grip &a = chain.grips[i - 1], &b = chain.grips[i];
-        grip.anchor = a.anchor + share * (b.anchor - a.anchor);
-        grip.give = a.give + share * (b.give - a.give);
-        grip.given = a.given + share * (b.given - a.given);
-        grip.shift = a.shift + share * (b.shift - a.shift);
-        grip.along = share < 0.5 ? a.along : b.along;
+        grip.anchor = a.anchor + fraction * (b.anchor - a.anchor);
+        grip.give = a.give + fraction * (b.give - a.give);
+        grip.given = a.given + fraction * (b.given - a.given);
+        grip.shift = a.shift + fraction * (b.shift - a.shift);
+        grip.along = fraction < 0.5 ? a.along : b.along;
         grip.rested = std::min(a.rested, b.rested);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }
@@ -616,8 +616,8 @@ void split_segment(Chain& chain, int i, double share) {
                 (bent_at_rest(chain, i) ? before.all + after.all : before.by_load + after.by_load);
     turn -= turn.dot(u) * u;
     // The longer part turns less, so that the chord keeps its direction.
-    chain.tangents[i] = (u - (1 - share) * turn).normalized();
-    chain.tangents[i + 1] = (u + share * turn).normalized();
+    chain.tangents[i] = (u - (1 - fraction) * turn).normalized();
+    chain.tangents[i + 1] = (u + fraction * turn).normalized();
     rebuild_joints(chain, i);
     assert(validate(chain).empty());
 }

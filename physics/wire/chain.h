@@ -87,7 +87,7 @@ struct Chain {
     double spring_constant(int joint) const { return rigidity[joint] / length_of(joint); }
     /// Wall stiffness of the joint relative to a joint of λ: a wall is as stiff per length of chain however
     /// coarse the chain is. 1 for every joint between two segments of λ.
-    double wall_share(int joint) const { return length_of(joint) / grid.segment_length; }
+    double wall_fraction(int joint) const { return length_of(joint) / grid.segment_length; }
     double inserted_length() const;  // Σλ [mm]
     /// Segment that grows as the chain is fed, λ/2 to 3λ/2 long.
     int growing() const;
@@ -160,7 +160,7 @@ void assign_from(Chain&, int first);
 inline void assign(Chain& chain) {
     assign_from(chain, 0);
 }
-/// First joint whose share of the devices changes where a device, or every one (-1), is fed.
+/// First joint whose fraction of the devices changes where a device, or every one (-1), is fed.
 int first_fed(const Chain&, int device);
 
 /// Gives every joint a grip with its anchor where the joint is: the chain is as at rest without friction, in
@@ -174,11 +174,11 @@ void start_twists(Chain&, int device);
 /// Σ of the energies in the twist of the devices' shafts [N·mm], by segments only from `first` on.
 double twist_energy(const Chain&, int first = 1);
 
-/// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
+/// Split a segment, `fraction` of its length proximal of the new joint. Its parts bend by the mean of the
 /// curvatures at its ends, so that the curve stays smooth; a bend at rest at an end counts only where the new
 /// joint has one, too. Joints distal of it come closer, as the bent piece is shorter across. The new joint's
 /// grip holds nothing until it is known to touch; its anchor lies between those next to it.
-void split_segment(Chain&, int segment, double share = 0.5);
+void split_segment(Chain&, int segment, double fraction = 0.5);
 
 /// Merge this segment and the next into a straight one, as long as both. Joints distal of it move away along
 /// it by as much as the bent pair was shorter across.

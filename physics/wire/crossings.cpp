@@ -8,14 +8,14 @@
 namespace physics {
 namespace {
 
-constexpr double steepest = 1.1;     // of penetration at most, smoothed creases included
-constexpr double shortest = 0.01;    // stretch of a segment that is still halved [mm]
-constexpr double precision = 0.02;   // of the depth that is found [mm]
-constexpr double near_to = 0.25;     // of λ: a segment that would cross a wall nearer by this is split
-constexpr double clear_of = 0.4;     // of λ: a segment made whole would not cross a wall nearer by this
-constexpr double whole_share = 0.5;  // of the tolerance that a segment made whole may use
-constexpr double least_part = 0.25;  // of a segment that a split leaves on either side
-constexpr int rounds_of_splits = 4;  // at most; pieces stay no shorter than least_piece
+constexpr double steepest = 1.1;        // of penetration at most, smoothed creases included
+constexpr double shortest = 0.01;       // stretch of a segment that is still halved [mm]
+constexpr double precision = 0.02;      // of the depth that is found [mm]
+constexpr double near_to = 0.25;        // of λ: a segment that would cross a wall nearer by this is split
+constexpr double clear_of = 0.4;        // of λ: a segment made whole would not cross a wall nearer by this
+constexpr double whole_fraction = 0.5;  // of the tolerance that a segment made whole may use
+constexpr double least_part = 0.25;     // of a segment that a split leaves on either side
+constexpr int rounds_of_splits = 4;     // at most; pieces stay no shorter than least_piece
 
 /// A place of a segment where the wall was asked.
 struct Probe {
@@ -36,11 +36,12 @@ Bound by_slope(const WallContact& c) {
     return {c.penetration > 0 ? c.penetration : -steepest * c.trust, steepest, 0};
 }
 
-/// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
-/// slope and, to second order, by no more than 1/room; from half the way to the axis on, by twice that.
-Bound by_normal(const WallContact& c, const Vec3& way) {
+/// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `direction`
+/// by its slope and, to second order, by no more than 1/room; from half the way to the axis on, by twice
+/// that.
+Bound by_normal(const WallContact& c, const Vec3& direction) {
     assert(c.clearance > 0);
-    return {c.penetration, c.normal.dot(way), 2 / c.clearance};
+    return {c.penetration, c.normal.dot(direction), 2 / c.clearance};
 }
 
 bool knows_its_wall(const WallContact& c) {
@@ -70,7 +71,7 @@ WallContact where_it_is(WallContact c) {
 class Search {
 public:
     Search(const LumenWall& wall, const Vec3& from, const Vec3& to)
-        : wall_(wall), from_(from), length_((to - from).norm()), way_((to - from) / length_) {}
+        : wall_(wall), from_(from), length_((to - from).norm()), direction_((to - from) / length_) {}
 
     /// The segment goes from one vessel into another.
     void goes_over(const WallContact& from, const WallContact& to) {
@@ -96,7 +97,7 @@ private:
         const double length = b.at - a.at;
         double most = peak(by_slope(a.contact), by_slope(b.contact), length);
         if (most <= limit_ || !knows_its_wall(a.contact) || !knows_its_wall(b.contact)) return most;
-        Bound ahead = by_normal(a.contact, way_), back = by_normal(b.contact, -way_);
+        Bound ahead = by_normal(a.contact, direction_), back = by_normal(b.contact, -direction_);
         ahead.curve = back.curve = std::max(ahead.curve, back.curve);
         return std::min(most, peak(ahead, back, length));
     }
@@ -129,7 +130,7 @@ private:
         WallContact c;
         c.station = station;
         c.thickness = std::min(a.contact.thickness, b.contact.thickness);
-        const Vec3 x = from_ + at * way_ - given;
+        const Vec3 x = from_ + at * direction_ - given;
         wall_.contacts({&x, 1}, {&c, 1});
         c.given = given;
         return c;
@@ -138,7 +139,7 @@ private:
     const LumenWall& wall_;
     Vec3 from_;
     double length_;
-    Vec3 way_;
+    Vec3 direction_;
     double limit_ = 0;  // of penetration: nothing less is searched for [mm]
     double deepest_ = 0, deepest_at_ = -1;
     bool goes_over_ = false;
@@ -166,8 +167,8 @@ bool needed(const Chain& wire, const LumenWall& wall, int joint, double toleranc
     assert(joint >= 1 && joint < wire.segments() && tolerance >= 0);
     const double clear = clear_of * wire.grid.segment_length;
     if (wall_at(wire, wall, joint, wire.joints[joint], clear).touches()) return true;
-    const Vec3 from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
-    const Vec3 to = from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way;
+    const Vec3 from = wire.joints[joint - 1], direction = (wire.joints[joint + 1] - from).normalized();
+    const Vec3 to = from + (wire.lengths[joint] + wire.lengths[joint + 1]) * direction;
     return crossing_between(wall, from, to, wall_at(wire, wall, joint - 1, from, clear),
                             wall_at(wire, wall, joint + 1, to, clear), tolerance)
         .has_value();
@@ -216,9 +217,9 @@ int split_crossings(Chain& wire, std::span<const Crossing> found) {
     for (auto crossing = found.rbegin(); crossing != found.rend(); ++crossing) {
         const int i = crossing->segment;
         const bool coarse = wire.lengths[i] > 1.5 * lambda;
-        const double share = coarse ? 0.5 : std::clamp(crossing->share, least_part, 1 - least_part);
-        if (std::min(share, 1 - share) * wire.lengths[i] < least_piece * lambda) continue;
-        split_segment(wire, i, share);
+        const double fraction = coarse ? 0.5 : std::clamp(crossing->fraction, least_part, 1 - least_part);
+        if (std::min(fraction, 1 - fraction) * wire.lengths[i] < least_piece * lambda) continue;
+        split_segment(wire, i, fraction);
         ++count;
     }
     return count;
@@ -243,7 +244,7 @@ int merge_pieces(Chain& wire, const LumenWall& wall, bool every, double toleranc
     int count = 0;
     for (int i = wire.segments() - 1; i >= 1; --i) {
         if (!wire.within_a_segment(i)) continue;
-        if (!every && needed(wire, wall, i, whole_share * tolerance)) continue;
+        if (!every && needed(wire, wall, i, whole_fraction * tolerance)) continue;
         merge_segments(wire, i);
         ++count;
     }

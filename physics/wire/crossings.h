@@ -20,7 +20,7 @@ constexpr double least_piece = 0.125;  // of λ: no segment is split into shorte
 
 struct Crossing {
     int segment = 0;
-    double share = 0;  // of the segment's length that lies proximal of its deepest place
+    double fraction = 0;  // of the segment's length that lies proximal of its deepest place
     double depth = 0;  // there, beyond what the ends' forces explain: penetration less the ends' larger [mm]
 };
 

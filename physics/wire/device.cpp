@@ -8,10 +8,10 @@
 namespace physics {
 namespace {
 
-double between(double distal, double proximal, double share) {
-    assert(share >= 0 && share <= 1);
+double between(double distal, double proximal, double fraction) {
+    assert(fraction >= 0 && fraction <= 1);
     if (distal == proximal) return distal;
-    const double value = distal * std::pow(proximal / distal, share);
+    const double value = distal * std::pow(proximal / distal, fraction);
     assert(value > std::min(distal, proximal) * (1 - 1e-9) &&
            value < std::max(distal, proximal) * (1 + 1e-9));
     return value;
@@ -97,14 +97,14 @@ std::vector<std::string> problems(const DeviceSpec& s) {
 }
 
 double rigidity_at(const DeviceSpec& spec, double s) {
-    return value_at(spec, s, [](const StiffnessSection& section, double share) {
-        return between(section.rigidity_distal, section.rigidity_proximal, share);
+    return value_at(spec, s, [](const StiffnessSection& section, double fraction) {
+        return between(section.rigidity_distal, section.rigidity_proximal, fraction);
     });
 }
 
 double torsional_rigidity_at(const DeviceSpec& spec, double s) {
-    return value_at(spec, s, [](const StiffnessSection& section, double share) {
-        return between(section.torsional_distal, section.torsional_proximal, share);
+    return value_at(spec, s, [](const StiffnessSection& section, double fraction) {
+        return between(section.torsional_distal, section.torsional_proximal, fraction);
     });
 }
 
@@ -157,17 +157,18 @@ RestBend rest_bend(const Device& device, int joint, const Vec3& u, const Vec3& d
     const RestTurn& rest = device.rest[joint];
     if (rest.angle == 0) return {};
     const double angle = device.angle_at(joint), c = std::cos(angle), s = std::sin(angle);
-    const Vec2 way(c * rest.way[0] - s * rest.way[1], s * rest.way[0] + c * rest.way[1]);
-    assert(std::abs(way.squaredNorm() - 1) < 1e-9);
+    const Vec2 direction(c * rest.direction[0] - s * rest.direction[1],
+                         s * rest.direction[0] + c * rest.direction[1]);
+    assert(std::abs(direction.squaredNorm() - 1) < 1e-9);
     assert(std::abs(director.squaredNorm() - 1) < 1e-6 && std::abs(director.dot(u)) < 1e-6);
-    return {rest.cosine, rest.sine, way[0] * director + way[1] * u.cross(director)};
+    return {rest.cosine, rest.sine, direction[0] * director + direction[1] * u.cross(director)};
 }
 
 Vec3 rest_direction(const Vec3& u, const RestBend& rest) {
     assert(std::abs(rest.cosine * rest.cosine + rest.sine * rest.sine - 1) < 1e-9);
     if (rest.straight()) return u;
-    assert(std::abs(rest.way.squaredNorm() - 1) < 1e-6 && std::abs(rest.way.dot(u)) < 1e-6);
-    return rest.cosine * u + rest.sine * rest.way;
+    assert(std::abs(rest.direction.squaredNorm() - 1) < 1e-6 && std::abs(rest.direction.dot(u)) < 1e-6);
+    return rest.cosine * u + rest.sine * rest.direction;
 }
 
 }  // namespace physics

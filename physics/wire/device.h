@@ -109,7 +109,7 @@ double shaped_length(const DeviceSpec&);
 /// Turn of a device at rest at a joint of its chain.
 struct RestTurn {
     double angle = 0, cosine = 1, sine = 0;  // [rad]
-    Vec2 way = Vec2::Zero();                 // unit, towards the device's own two directors
+    Vec2 direction = Vec2::Zero();           // unit, towards the device's own two directors
 
     bool operator==(const RestTurn&) const = default;
 };
@@ -135,7 +135,7 @@ struct Device {
 
     // Follow from the above and the chain: assign().
     bool bends = false;            // at a joint of the chain, at rest
-    std::vector<double> share;     // [joint] = of the joint's length that it covers [-]
+    std::vector<double> fraction;  // [joint] = of the joint's length that it covers [-]
     std::vector<double> rigidity;  // [joint] = its part of the chain's EI [N·mm²]
     std::vector<RestTurn> rest;    // [joint]
     /// Torque that twists the shaft as a whole, from the introducer to its shape, by 1 rad [N·mm]; 0 for one
@@ -158,7 +158,7 @@ struct Device {
 /// Direction in space in which a device is bent at rest, and by how much.
 struct RestBend {
     double cosine = 1, sine = 0;
-    Vec3 way = Vec3::Zero();  // unit, ⟂ u
+    Vec3 direction = Vec3::Zero();  // unit, ⟂ u
     bool straight() const { return sine == 0 && cosine > 0; }
 };
 /// `director` is the chain's at the segment proximal of the joint, whose tangent is u.

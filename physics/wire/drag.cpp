@@ -9,10 +9,10 @@
 namespace physics {
 namespace {
 
-constexpr double balanced = 1e-3, valve_share = 0.01;  // [N], of the valve's force
-constexpr double least = 1e-7;                         // [mm]
-constexpr double stiffest = 1e3;                       // [N/mm]
-constexpr double largest_turn = 10 * degree;           // at once [rad]
+constexpr double balanced = 1e-3, valve_fraction = 0.01;  // [N], of the valve's force
+constexpr double least = 1e-7;                            // [mm]
+constexpr double stiffest = 1e3;                          // [N/mm]
+constexpr double largest_turn = 10 * degree;              // at once [rad]
 
 /// A device's rub. Ways and forces of the device are along, and about its axis at its own radius.
 struct OwnRub {
@@ -23,7 +23,7 @@ struct OwnRub {
     bool holds_fast;
     Vec2 now;  // force on the device [N]
 
-    Vec2 further(const Vec2& way) const { return sign * Vec2(way.x(), lever * way.y()); }
+    Vec2 further(const Vec2& motion) const { return sign * Vec2(motion.x(), lever * motion.y()); }
     Vec2 on_device(const Vec2& force) const { return sign * Vec2(force.x(), lever * force.y()); }
 };
 
@@ -69,7 +69,8 @@ int most_loaded(const Chain& chain, std::span<const HubLoad> loads) {
         const Device& device = chain.devices[k];
         const Vec2 load = load_of(chain, loads[k], k);
         if (device.held || device.inserted <= 0 || !load.allFinite()) continue;
-        const double over = load.cwiseAbs().maxCoeff() - balanced - valve_share * device.spec.valve_friction;
+        const double over =
+            load.cwiseAbs().maxCoeff() - balanced - valve_fraction * device.spec.valve_friction;
         if (over <= worst) continue;
         worst = over;
         found = k;
@@ -97,41 +98,41 @@ std::optional<Drag> drag(const Chain& chain, std::span<const WallContact> contac
                .cwiseMin(Vec2(0.5 * chain.grid.segment_length, largest_turn * radius));
     // The chain's own load changes, too: as it did at the last try.
     std::array<double, 2>& stiffness = search.stiffness[device];
-    if (search.device == device && search.way.norm() > least)
+    if (search.device == device && search.motion.norm() > least)
         for (int c = 0; c < 2; ++c) {
-            const double missed = of_chain[c] - search.load[c] - stiffness[c] * search.way[c];
-            stiffness[c] =
-                std::clamp(stiffness[c] + missed * search.way[c] / search.way.squaredNorm(), 0.0, stiffest);
+            const double missed = of_chain[c] - search.load[c] - stiffness[c] * search.motion[c];
+            stiffness[c] = std::clamp(stiffness[c] + missed * search.motion[c] / search.motion.squaredNorm(),
+                                      0.0, stiffest);
         }
     // Rises with the way, as the gradient of a convex function does.
-    const auto load_at = [&](const Vec2& way) {
-        Vec2 sum = load + Vec2(stiffness[0] * way.x(), stiffness[1] * way.y());
+    const auto load_at = [&](const Vec2& motion) {
+        Vec2 sum = load + Vec2(stiffness[0] * motion.x(), stiffness[1] * motion.y());
         for (const OwnRub& o : own)
             sum -= o.on_device(o.pressure * largest(chain, *o.rub, o.holds_fast) *
-                               o.rub->share(o.further(way))) -
+                               o.rub->fraction(o.further(motion))) -
                    o.now;
         return sum;
     };
     const auto turned = [&](double feed) {
         return root([&](double turn) { return load_at({feed, turn}).y(); }, most.y());
     };
-    Vec2 way;
+    Vec2 motion;
     for (bool let_go = true; let_go;) {
-        way.x() = root([&](double feed) { return load_at({feed, turned(feed)}).x(); }, most.x());
-        way.y() = turned(way.x());
+        motion.x() = root([&](double feed) { return load_at({feed, turned(feed)}).x(); }, most.x());
+        motion.y() = turned(motion.x());
         let_go = false;
         for (OwnRub& o : own) {
-            if (!o.holds_fast || !o.rub->slips(o.further(way))) continue;
+            if (!o.holds_fast || !o.rub->slips(o.further(motion))) continue;
             o.holds_fast = false;
             let_go = true;
         }
     }
-    if (!(way.norm() >= least)) return std::nullopt;
+    if (!(motion.norm() >= least)) return std::nullopt;
     ++search.tries;
     search.device = device;
-    search.way = way;
+    search.motion = motion;
     search.load = of_chain;
-    return Drag{device, way.x(), way.y() / radius};
+    return Drag{device, motion.x(), motion.y() / radius};
 }
 
 }  // namespace physics

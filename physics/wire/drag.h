@@ -21,13 +21,13 @@ struct DragSearch {
     int tries = 0;  // since the last part of a hand's motion
     int device = -1;
     // Of the last try, and the chain's load before it: along, and about the axis at the device's radius.
-    Vec2 way = Vec2::Zero(), load = Vec2::Zero();                    // [mm], [N]
+    Vec2 motion = Vec2::Zero(), load = Vec2::Zero();                 // [mm], [N]
     std::array<std::array<double, 2>, most_devices> stiffness = {};  // the chain's answers [N/mm]
 
     /// Begins anew, with what is known of the chain.
     void restart() { tries = 0, device = -1; }
     bool operator==(const DragSearch&) const = default;
-    void state(StateStream& s) { s(tries, device, way, load, stiffness); }
+    void state(StateStream& s) { s(tries, device, motion, load, stiffness); }
 };
 /// The next one to be moved: friction of what has been moved is more than its valve holds, or they balance
 /// within what gives elastically. To be made and asked for again, before follow_rubs(). Empty where the

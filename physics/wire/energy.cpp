@@ -14,7 +14,7 @@ std::vector<WallContact> all_contacts(const Chain& chain, const LumenWall& wall)
         contacts[i].station = chain.stations[i];
         contacts[i].thickness = chain.thickness[i];
         contacts[i].held = true;
-        contacts[i].share = chain.wall_share(static_cast<int>(i));
+        contacts[i].fraction = chain.wall_fraction(static_cast<int>(i));
         chain.ask_vessel(static_cast<int>(i), contacts[i]);
     }
     wall.contacts(chain.joints, contacts);

@@ -15,8 +15,9 @@ struct Energy {
     double total() const { return bending + wall + load + torsion + friction; }
 };
 
-/// Contacts of all joints from scratch, each with its share of the wall's stiffness. The wire's stations are
-/// hints; near the border of two vessels a joint stays with the vessel of its station, where it came to rest.
+/// Contacts of all joints from scratch, each with its fraction of the wall's stiffness. The wire's stations
+/// are hints; near the border of two vessels a joint stays with the vessel of its station, where it came to
+/// rest.
 std::vector<WallContact> all_contacts(const Chain&, const LumenWall&);
 
 /// What these contacts of the chain's joints press on the vessels, where those were before they made way.

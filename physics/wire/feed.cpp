@@ -39,9 +39,9 @@ void carry_wound(Device& device, const std::vector<double>& old_places, const st
     for (std::size_t j = 1; j < places.size(); ++j) {
         const double s = std::clamp(places[j] - mm, 0.0, old_places.back());
         while (i + 1 < old.size() && old_places[i] < s) ++i;
-        const double share =
+        const double fraction =
             std::clamp((s - old_places[i - 1]) / (old_places[i] - old_places[i - 1]), 0.0, 1.0);
-        device.wound[j] = old[i - 1] + share * (old[i] - old[i - 1]);
+        device.wound[j] = old[i - 1] + fraction * (old[i] - old[i - 1]);
     }
     assert(device.wound[0] == 0);  // the frame at the introducer is where its turns count from
 }
@@ -79,15 +79,16 @@ void carry_grips(Chain& chain, const OldGrips& old, const std::vector<double>& p
         }
         if (i > 1 && old.places[i - 1] > s) i = 1;
         while (i + 1 < old.places.size() && old.places[i] < s) ++i;
-        const double share =
+        const double fraction =
             std::clamp((s - old.places[i - 1]) / (old.places[i] - old.places[i - 1]), 0.0, 1.0);
         // What comes in has been in front of the introducer.
         const auto along = [&](const Vec3& a, const Vec3& b) {
-            return s < 0 ? Vec3(a + s * chain.tangents[0]) : Vec3(a + share * (b - a));
+            return s < 0 ? Vec3(a + s * chain.tangents[0]) : Vec3(a + fraction * (b - a));
         };
         const Vec3 before = grip.anchor;
         grip.anchor = along(old.grips[i - 1].anchor, old.grips[i].anchor);
-        grip.roll = s < 0 ? 0.0 : old.grips[i - 1].roll + share * (old.grips[i].roll - old.grips[i - 1].roll);
+        grip.roll =
+            s < 0 ? 0.0 : old.grips[i - 1].roll + fraction * (old.grips[i].roll - old.grips[i - 1].roll);
         if (!grip.holds() || !same_place) continue;
         // The stretch mixes between joints, which takes energy.
         Grip unmixed = grip;
@@ -96,8 +97,8 @@ void carry_grips(Chain& chain, const OldGrips& old, const std::vector<double>& p
     }
 }
 
-/// Shares a turn of the hub among the segments of a device whose distal end stands still: the shaft takes it
-/// up as it would without friction.
+/// Fractions a turn of the hub among the segments of a device whose distal end stands still: the shaft takes
+/// it up as it would without friction.
 void hold_frames(Chain& chain, int which, double turned) {
     Device& device = chain.devices[which];
     assert(device.twists_by_segments() && device.torsion.size() == chain.joints.size());

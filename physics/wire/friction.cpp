@@ -32,16 +32,16 @@ Vec3 moment(const Chain& chain, const std::vector<Vec3>& directors, const Device
 int toucher(const Chain& chain, int outer, int joint) {
     int some = -1;
     for (int k = outer - 1; k >= 0; --k) {
-        const double share = chain.devices[k].share[joint];
-        if (share >= 0.5) return k;
-        if (share > 0 && some < 0) some = k;
+        const double fraction = chain.devices[k].fraction[joint];
+        if (fraction >= 0.5) return k;
+        if (fraction > 0 && some < 0) some = k;
     }
     return some;
 }
 
 /// A joint that touches nothing has lain still as the nearest one that does, for touch goes from joint to
 /// joint while the chain lies there; where none does, what comes to touch moves.
-void share_rest(Chain& chain) {
+void fraction_rest(Chain& chain) {
     const int n = static_cast<int>(chain.grips.size());
     constexpr int none = -1;
     int before = none;
@@ -62,10 +62,10 @@ void share_rest(Chain& chain) {
 }
 
 /// Part of a straight way over which a slide that it continues stays elastic [-].
-double elastic_part(const Vec2& slide, const Vec2& way) {
-    const double square = way.squaredNorm(), along = slide.dot(way);
+double elastic_part(const Vec2& slide, const Vec2& motion) {
+    const double square = motion.squaredNorm(), along = slide.dot(motion);
     const double room = std::max(0.0, slip_length * slip_length - slide.squaredNorm());
-    if ((slide + way).squaredNorm() <= slip_length * slip_length || square == 0) return 1;
+    if ((slide + motion).squaredNorm() <= slip_length * slip_length || square == 0) return 1;
     const double root = std::sqrt(along * along + square * room);
     // Without cancellation where the slide is outward.
     return std::clamp(along > 0 ? room / (along + root) : (root - along) / square, 0.0, 1.0);
@@ -118,7 +118,7 @@ std::vector<double> pressures(const Chain& chain, std::span<const WallContact> c
 }
 
 Vec2 force_of(const Chain& chain, const Rub& rub, double pressure) {
-    return pressure * largest(chain, rub, rub.holds_fast()) * rub.share();
+    return pressure * largest(chain, rub, rub.holds_fast()) * rub.fraction();
 }
 
 int carrier_of_valve(const Chain& chain, int device) {
@@ -134,13 +134,13 @@ std::vector<LumenContact> lumen_contacts(const Chain& chain, std::span<const Wal
     assert(contacts.size() == chain.joints.size());
     const int n = chain.segments();
     std::vector<LumenContact> found(n + 1);
-    const std::vector<double>& share = chain.devices[outer].share;
+    const std::vector<double>& fraction = chain.devices[outer].fraction;
     std::vector<Vec3> directors;
     if (chain.bent_segments() > 0) directors = physics::directors(chain);
     std::array<double, most_devices> signed_friction = {};
     for (int k = 0; k < outer; ++k)
         if (const Rub* rub = lumen_rub(chain, k, outer))
-            signed_friction[k] = largest(chain, *rub, rub->holds_fast()) * rub->share().x();
+            signed_friction[k] = largest(chain, *rub, rub->holds_fast()) * rub->fraction().x();
     const auto bears = [&](int joint) {
         Vec3 sum = Vec3::Zero();
         for (int k = 0; joint < n && k < outer; ++k) sum += moment(chain, directors, chain.devices[k], joint);
@@ -157,14 +157,14 @@ std::vector<LumenContact> lumen_contacts(const Chain& chain, std::span<const Wal
         const Vec3 shear = u.cross(distal - proximal) / chain.lengths[j];
         distal = proximal;
         const int inner = toucher(chain, outer, j);
-        if (!(share[j] > 0) || inner < 0) {
+        if (!(fraction[j] > 0) || inner < 0) {
             // The outer device is not here, or nothing is in it.
-            within = share[j] > 0 ? Vec3::Zero() : all;
+            within = fraction[j] > 0 ? Vec3::Zero() : all;
             continue;
         }
         LumenContact& contact = found[j];
         contact.inner = inner;
-        const double weight = std::min(1.0, share[j]);
+        const double weight = std::min(1.0, fraction[j]);
         const Vec3 along = j < n ? Vec3((u + chain.tangents[j + 1]).normalized()) : u;
         if (chain.leading < outer) within += load;
         Vec3 borne = within;
@@ -188,7 +188,7 @@ void follow_grips(Chain& chain) {
         chain.friction_loss += lost;
         if (sticks && lost > 0) grip.rested = just_slipped;
     }
-    if (sticks) share_rest(chain);
+    if (sticks) fraction_rest(chain);
 }
 
 void start_rubs(Chain& chain) {
@@ -267,8 +267,8 @@ void follow_rubs(Chain& chain, std::span<const WallContact> contacts) {
         const bool slid = elastic < 1e-9 && rub.rested < rest_time;  // from the beginning
         const Vec2 first = slid ? rub.force : Vec2(most * largest(chain, rub, rub.holds_fast()));
         const double work = -0.5 * ((rub.force + peak).dot(give) + (first + force).dot(slip));
-        const Vec2 way = rub.slide + rub.moved;
-        rub.slide = way * (slip_length / std::max(slip_length, way.norm()));
+        const Vec2 motion = rub.slide + rub.moved;
+        rub.slide = motion * (slip_length / std::max(slip_length, motion.norm()));
         if (slips) rub.rested = just_slipped;
         rub.moved.setZero();
         rub.force = force;
@@ -302,7 +302,7 @@ bool let_rest(Chain& chain, double seconds) {
         chain.friction_loss += grip.strengthen(chain.joints[j], most);
         stiffer = true;
     }
-    share_rest(chain);
+    fraction_rest(chain);
     for (Rub& rub : chain.rubs) {
         if (!rest(rub.rested)) continue;
         const double before = rub.energy(), fast = largest(chain, rub, true);

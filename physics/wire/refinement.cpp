@@ -8,8 +8,8 @@
 namespace physics {
 namespace {
 
-constexpr double merge_share = 0.5;  // of the tolerance that a merged pair may use
-constexpr double touch_share =
+constexpr double merge_fraction = 0.5;  // of the tolerance that a merged pair may use
+constexpr double touch_fraction =
     0.1;  // of the tolerance: a joint as near to the wall as this counts as lying on it
 
 class Refinement {
@@ -111,7 +111,7 @@ private:
         if (i + 1 < wire_.segments() && units(i + 2) < half) return false;
         const double bent = std::max({curvature(i - 1), curvature(i), curvature(i + 1)});
         const Vec3 chord = (wire_.tangents[i] + wire_.tangents[i + 1]).normalized();
-        return represents(i, chord, length, bent, merge_share * options_.curve_tolerance);
+        return represents(i, chord, length, bent, merge_fraction * options_.curve_tolerance);
     }
 
     /// Whether a straight segment from joint i − 1 is as good as the curve, within the tolerance.
@@ -131,8 +131,8 @@ private:
             [](const WallContact& a, const WallContact& b) { return a.penetration < b.penetration; });
         const double ends = std::max({0.0, contacts_.front().penetration, contacts_.back().penetration});
         if (most->penetration > ends + tolerance) return false;
-        const double near = touch_share * (options_.curve_tolerance - tolerance);
-        return most->penetration <= -near || least->penetration >= -touch_share * tolerance;
+        const double near = touch_fraction * (options_.curve_tolerance - tolerance);
+        return most->penetration <= -near || least->penetration >= -touch_fraction * tolerance;
     }
 
     Chain& wire_;

@@ -31,10 +31,10 @@ struct Rub {
     }
     /// Whether it holds by the static coefficient.
     bool holds_fast() const { return rested >= rest_time && !slips(); }
-    /// Share of the largest force that acts on the inner device if it slides on by so much [-].
-    Vec2 share(const Vec2& further = Vec2::Zero()) const {
-        const Vec2 way = slide + moved + further;
-        return -way / std::max(slip_length, way.norm());
+    /// Fraction of the largest force that acts on the inner device if it slides on by so much [-].
+    Vec2 fraction(const Vec2& further = Vec2::Zero()) const {
+        const Vec2 motion = slide + moved + further;
+        return -motion / std::max(slip_length, motion.norm());
     }
     double energy() const { return -0.5 * force.dot(slide); }  // elastic [N·mm]
 

@@ -90,15 +90,15 @@ constexpr float margin = 12.0f;
 constexpr float heading_height = 20.0f;
 
 /// value / full, 0 when either is missing.
-float share_of(std::optional<double> value, std::optional<double> full) {
+float fraction_of(std::optional<double> value, std::optional<double> full) {
     if (!is_known(value) || !is_known(full) || *full <= 0.0) return 0.0f;
     return static_cast<float>(std::clamp(*value / *full, 0.0, 10.0));
 }
 
 /// Amber from half of the tolerated value, red from all of it.
-Ink level_ink(float share) {
-    if (share >= 1.0f) return palette::alarm;
-    return share >= 0.5f ? palette::caution : palette::calm;
+Ink level_ink(float fraction) {
+    if (fraction >= 1.0f) return palette::alarm;
+    return fraction >= 0.5f ? palette::caution : palette::calm;
 }
 
 std::optional<double> times(std::optional<double> value, double factor) {
@@ -133,11 +133,11 @@ void row(Canvas& canvas, const Box& area, float top, std::string_view name, std:
     canvas.text({area.right, top}, value, Face::Plain, ink, Align::Right, 0.66f * (area.right - area.left));
 }
 
-void bar(Canvas& canvas, const Box& area, float top, float share, Ink ink) {
+void bar(Canvas& canvas, const Box& area, float top, float fraction, Ink ink) {
     constexpr float height = 5.0f;
     canvas.box({area.left, top, area.right, top + height}, palette::well, 2.0f);
     canvas.frame({area.left, top, area.right, top + height}, palette::rule, 2.0f);
-    const float width = (area.right - area.left - 2.0f) * std::min(share, 1.0f);
+    const float width = (area.right - area.left - 2.0f) * std::min(fraction, 1.0f);
     if (width >= 1.0f) {
         canvas.box({area.left + 1.0f, top + 1.0f, area.left + 1.0f + width, top + height - 1.0f}, ink, 1.0f);
     }
@@ -158,8 +158,8 @@ void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
                     Align::Centre);
     }
     const float first = angles + 22.0f, second = first + 17.0f;
-    const auto distance = [&](float share, std::string_view name, std::optional<double> length) {
-        const Point at{area.left + share * (area.right - area.left), first};
+    const auto distance = [&](float fraction, std::string_view name, std::optional<double> length) {
+        const Point at{area.left + fraction * (area.right - area.left), first};
         const float after = at.x + canvas.text(at, name, Face::Plain, palette::label) + 5.0f;
         canvas.text({after, first}, centimetre_text(length) + " cm", Face::Plain, palette::value);
     };
@@ -178,8 +178,8 @@ void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
     const float top =
         heading(canvas, area, "X-RAY", r.beam_on ? "ON" : "OFF", r.beam_on ? palette::beam : palette::faint);
     const Ink ink = r.beam_on ? palette::bright : palette::value;
-    const auto tile = [&](float share, float y, const std::string& figure, std::string_view unit) {
-        const float x = area.left + share * (area.right - area.left);
+    const auto tile = [&](float fraction, float y, const std::string& figure, std::string_view unit) {
+        const float x = area.left + fraction * (area.right - area.left);
         const float width = canvas.text({x, y}, figure, Face::Figure, ink);
         canvas.text({x + width + 3.0f, y + 5.0f}, unit, Face::Small, palette::label);
     };
@@ -196,9 +196,9 @@ void draw_dose(Canvas& canvas, const Box& area, const Readout& r) {
                       r.beam_on ? palette::beam : palette::label);
     const auto entry = [&](std::string_view name, const std::string& text, std::optional<double> value,
                            double level) {
-        const float share = share_of(value, level);
-        row(canvas, area, y, name, text, share >= 0.5f ? level_ink(share) : palette::value);
-        bar(canvas, area, y + 18.0f, share, level_ink(share));
+        const float fraction = fraction_of(value, level);
+        row(canvas, area, y, name, text, fraction >= 0.5f ? level_ink(fraction) : palette::value);
+        bar(canvas, area, y + 18.0f, fraction, level_ink(fraction));
         y += 28.0f;
     };
     entry("K_a,r", dose_text(r.air_kerma) + " mGy", r.air_kerma, DoseNotification::air_kerma);
@@ -224,7 +224,7 @@ void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double
     canvas.disc(centre, 3.0f, palette::bright);
 }
 
-/// At most `most` values, each the largest of its share of the history; NaN where none is finite.
+/// At most `most` values, each the largest of its fraction of the history; NaN where none is finite.
 std::vector<double> peaks(const std::vector<double>& history, std::size_t most) {
     std::vector<double> result(std::min(history.size(), most), std::nan(""));
     for (std::size_t k = 0; k < history.size(); ++k) {
@@ -253,9 +253,9 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
         }
         const float x =
             static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
-        const float share = std::min(share_of(values[k], r.force_limit), 1.0f);
+        const float fraction = std::min(fraction_of(values[k], r.force_limit), 1.0f);
         run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
-                       area.bottom - 3.0f - share * (area.bottom - area.top - 6.0f)});
+                       area.bottom - 3.0f - fraction * (area.bottom - area.top - 6.0f)});
     }
     stroke();
     canvas.unclip();
@@ -289,7 +289,7 @@ void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
     std::string inserted = figure_text(length, 0);
     if (is_known(whole)) inserted += " / " + figure_text(whole, 0);
     row(canvas, area, y, "Inserted", inserted + " mm");
-    bar(canvas, area, y + 18.0f, share_of(length, whole), palette::calm);
+    bar(canvas, area, y + 18.0f, fraction_of(length, whole), palette::calm);
     y += 28.0f;
     if (is_known(r.tip_to_target)) {
         row(canvas, area, y, "Tip to target", figure_text(r.tip_to_target, 1) + " mm");
@@ -309,11 +309,11 @@ void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
     y += 19.0f;
 
     const auto force = [&](std::string_view name, std::optional<double> value) {
-        const float share = share_of(value, r.force_limit);
+        const float fraction = fraction_of(value, r.force_limit);
         canvas.name({area.left, y}, name, palette::label);
-        bar(canvas, {area.left + 84.0f, 0, area.right - 58.0f, 0}, y + 5.0f, share, level_ink(share));
+        bar(canvas, {area.left + 84.0f, 0, area.right - 58.0f, 0}, y + 5.0f, fraction, level_ink(fraction));
         canvas.text({area.right, y}, figure_text(value, 2) + " N", Face::Plain,
-                    share >= 0.5f ? level_ink(share) : palette::value, Align::Right, 54.0f);
+                    fraction >= 0.5f ? level_ink(fraction) : palette::value, Align::Right, 54.0f);
         y += 18.0f;
     };
     force("Tip force", r.tip_force);
@@ -326,11 +326,11 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     const float y =
         heading(canvas, area, "CONTRAST",
                 injecting ? "INJECTING " + figure_text(r.injection_rate, 1) + " ml/s" : "", palette::caution);
-    const float share = share_of(r.contrast, r.contrast_limit);
+    const float fraction = fraction_of(r.contrast, r.contrast_limit);
     std::string given = figure_text(r.contrast, 1);
     if (is_known(r.contrast_limit)) given += " / " + figure_text(r.contrast_limit, 0);
-    row(canvas, area, y, "Given", given + " ml", share >= 0.5f ? level_ink(share) : palette::value);
-    bar(canvas, area, y + 18.0f, share, level_ink(share));
+    row(canvas, area, y, "Given", given + " ml", fraction >= 0.5f ? level_ink(fraction) : palette::value);
+    bar(canvas, area, y + 18.0f, fraction, level_ink(fraction));
 }
 
 /// Breaks the text at spaces into lines of at most `room`; a longer word has a line of its own.

@@ -44,26 +44,26 @@ std::vector<Eigen::Vector3f> carried(const geometry::TriangleMesh& gas) {
             part[std::max(a, b)] = std::min(a, b);
         }
     }
-    std::vector<Eigen::Vector3f> ways(gas.vertices.size(), Eigen::Vector3f::Zero());
+    std::vector<Eigen::Vector3f> motions(gas.vertices.size(), Eigen::Vector3f::Zero());
     for (std::uint32_t v = 0; v < part.size(); ++v) {
         const std::uint32_t first = root(v);
         if (first != v) {
-            ways[v] = ways[first];  // the first vertex of a part comes first
+            motions[v] = motions[first];  // the first vertex of a part comes first
             continue;
         }
         geometry::Random random(first);
         const double z = random.between(-1, 1), y = random.between(-0.4, 0.4), x = random.between(-1, 1);
-        Vec3 way(x, y, z);
+        Vec3 direction(x, y, z);
         const double length = random.between(least, most);
-        way = way.norm() > 0.1 ? Vec3(way.normalized()) : Vec3(Vec3::UnitZ());
-        ways[v] = (length * way).cast<float>();
+        direction = direction.norm() > 0.1 ? Vec3(direction.normalized()) : Vec3(Vec3::UnitZ());
+        motions[v] = (length * direction).cast<float>();
     }
-    return ways;
+    return motions;
 }
 
 }  // namespace
 
-double breathing_share(double height) {
+double breathing_fraction(double height) {
     constexpr double rows[][2] = {{-160, 0},  {-60, 0.2}, {20, 0.55}, {80, 0.67},
                                   {150, 0.8}, {210, 1.0}, {250, 0.9}, {410, 0.0}};
     if (height <= rows[0][0] || height >= 410.0) return 0.0;
@@ -80,8 +80,8 @@ void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double br
         if (breath != 0.0 && breathes(layer.name)) {
             layer.breath.reserve(layer.mesh.vertices.size());
             for (const Vec3& v : layer.mesh.vertices)
-                layer.breath.emplace_back(0.0f, 0.0f,
-                                          static_cast<float>(-breath * breathing_share(v.z() - origin.z())));
+                layer.breath.emplace_back(
+                    0.0f, 0.0f, static_cast<float>(-breath * breathing_fraction(v.z() - origin.z())));
         }
         if (beat != 0.0 && !heart.isEmpty() && follows_the_heart(layer.name)) {
             layer.beat.reserve(layer.mesh.vertices.size());
@@ -90,11 +90,11 @@ void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double br
                 const Vec3 off = v - middle;
                 const double out = off.cwiseQuotient(half).norm();
                 // Grows to the border, then fades within a third of the heart's width.
-                const double share = out < 1.0 ? out : std::exp(-std::pow((out - 1.0) / 0.35, 2.0));
+                const double fraction = out < 1.0 ? out : std::exp(-std::pow((out - 1.0) / 0.35, 2.0));
                 const double toward_left = 0.75 + 0.25 * std::clamp(off.x() / half.x(), -1.0, 1.0);
                 const double length = off.norm();
-                const Vec3 way = length > 1e-9 ? Vec3(-off / length) : Vec3(Vec3::Zero());
-                layer.beat.push_back((beat * toward_left * share * way).cast<float>());
+                const Vec3 direction = length > 1e-9 ? Vec3(-off / length) : Vec3(Vec3::Zero());
+                layer.beat.push_back((beat * toward_left * fraction * direction).cast<float>());
             }
         }
     }

@@ -22,6 +22,6 @@ namespace render {
 void move_organs(std::vector<TissueLayer>&, const geometry::Vec3& origin, double breath, double beat);
 
 /// The part of the diaphragm's way that a height in the body frame [mm] has in breathing [-].
-double breathing_share(double height);
+double breathing_fraction(double height);
 
 }  // namespace render

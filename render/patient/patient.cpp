@@ -110,9 +110,9 @@ struct Outline {
     double low, high;
 };
 
-/// The body's surface; under its fat if `share` of the fat is 1; deeper by `inset` mm. Thighs 175 mm thick
+/// The body's surface; under its fat if `fraction` of the fat is 1; deeper by `inset` mm. Thighs 175 mm thick
 /// below the perineum.
-shape::Solid trunk(const Outline& outline, double share, double inset) {
+shape::Solid trunk(const Outline& outline, double fraction, double inset) {
     const PatientSpec spec = outline.spec;
     const double low = outline.low, high = outline.high, chest_front = outline.chest.front;
     shape::Compound body;
@@ -122,8 +122,8 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
                   // Where the head closes, fat lies above more than beside.
                   const double closing = std::clamp((z - 670.0) / 40.0, 0.0, 1.0);
                   const SkinSection at =
-                      section_of(spec, chest_front, std::min(z + 5.0 * share * closing, high));
-                  const double less = share * at.fat + inset;
+                      section_of(spec, chest_front, std::min(z + 5.0 * fraction * closing, high));
+                  const double less = fraction * at.fat + inset;
                   const double a = at.half_width - less, b = at.half_depth - less, n = at.exponent;
                   const double qx = std::max(std::abs(p.x()) / a, 1e-6),
                                qy = std::max(std::abs(p.y() - at.middle) / b, 1e-6);
@@ -145,8 +145,8 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
               },
               {Vec3(-widest, -deepest, std::max(low, perineum) - 1.0), Vec3(widest, deepest, high + 1.0)}});
     if (low < perineum) {
-        const double wide = spec.width / 375.0, deep = 0.5 * spec.depth - share * 12.0 - inset,
-                     less = share * 12.0 + inset;
+        const double wide = spec.width / 375.0, deep = 0.5 * spec.depth - fraction * 12.0 - inset,
+                     less = fraction * 12.0 + inset;
         for (const Side side : {left, right}) {
             body.add(shape::sweep({{side.at(92.0 * wide, -4.0, -150.0), 84.0 * wide - less, deep - 4.0},
                                    {side.at(94.0 * wide, -2.0, -230.0), 88.0 * wide - less, 0.9 * deep},
@@ -159,11 +159,11 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
     }
     // Arms, from the shoulder to the elbow.
     if (high > 350.0) {
-        const Vec3 joint = shoulder_joint(outline.chest), way = arm_way(outline.chest);
-        const double less = 0.8 * (share * 9.0 + inset);
+        const Vec3 joint = shoulder_joint(outline.chest), direction = arm_direction(outline.chest);
+        const double less = 0.8 * (fraction * 9.0 + inset);
         for (const Side side : {left, right}) {
             const auto at = [&](double along) {
-                const Vec3 p = joint + along * way;
+                const Vec3 p = joint + along * direction;
                 return side.at(p.x(), p.y(), p.z());
             };
             body.add(shape::sweep({{at(-20), 46 - less, 50 - less},

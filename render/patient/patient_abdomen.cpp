@@ -17,10 +17,10 @@ constexpr double bowel_wall = 2.0;                // between gas and what is aro
 struct Bowel {
     std::vector<shape::Station> course;
     double fold;        // mean distance of folds [mm]; 0: none
-    double fold_depth;  // as share of the radius
+    double fold_depth;  // as fraction of the radius
     struct Gas {
-        double from, to;  // as shares of the course
-        double level;     // its surface is this far behind the middle, as share of the radius
+        double from, to;  // as fractions of the course
+        double level;     // its surface is this far behind the middle, as fraction of the radius
     };
     std::vector<Gas> gas;
 };
@@ -53,7 +53,7 @@ shape::Solid lumen_of(const Bowel& bowel, const std::vector<shape::Station>& cou
     return shape::sweep(course, Vec3::UnitX() + 0.3 * Vec3::UnitZ(), 2.0, inset);
 }
 
-/// The part of a course between two shares of its stations.
+/// The part of a course between two fractions of its stations.
 std::vector<shape::Station> part_of(const std::vector<shape::Station>& course, double from, double to) {
     std::vector<shape::Station> part;
     constexpr int steps = 10;
@@ -134,17 +134,17 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
         const double height = random.between(-128, 28), depth = random.between(34, 96),
                      left = random.between(-70, 75);
         Vec3 at(left, front + depth, height);
-        const double way_z = random.between(-0.6, 0.6), way_y = random.between(-0.5, 0.5),
-                     way_x = random.between(-1, 1);
-        Vec3 way(way_x, way_y, way_z);
-        way.normalize();
+        const double direction_z = random.between(-0.6, 0.6), direction_y = random.between(-0.5, 0.5),
+                     direction_x = random.between(-1, 1);
+        Vec3 direction(direction_x, direction_y, direction_z);
+        direction.normalize();
         const double calibre = random.between(10.5, 13.5);
         for (int k = 0; k < pieces; ++k) {
             bowel.course.push_back(
                 {at, calibre * random.between(0.85, 1.1), calibre * random.between(0.8, 1.0)});
             const double z = random.between(-1, 1), y = random.between(-0.7, 0.7), x = random.between(-1, 1);
             const Vec3 swerve(x, y, z);
-            way = (way + 0.85 * swerve).normalized();
+            direction = (direction + 0.85 * swerve).normalized();
             for (int axis = 0; axis < 3; ++axis) {
                 const double low = axis == 0   ? -82
                                    : axis == 1 ? front + 32
@@ -152,10 +152,10 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
                              high = axis == 0   ? 86
                                     : axis == 1 ? front + 100
                                                 : 34;
-                const double next = at[axis] + 20.0 * way[axis];
-                if (next < low || next > high) way[axis] = -way[axis];
+                const double next = at[axis] + 20.0 * direction[axis];
+                if (next < low || next > high) direction[axis] = -direction[axis];
             }
-            at += 20.0 * way;
+            at += 20.0 * direction;
         }
         if (loop % 4 == 1) {
             const double from = random.between(0.1, 0.5);
@@ -260,16 +260,17 @@ void add_streaks(TriangleMesh& fat, const Chance& chance, const shape::Solid& fl
             gluteal ? 62.0 + 26.0 * depth - 0.1 * std::abs(x - 60.0) : 52.0 + 34.0 * depth - 0.16 * x;
         if (gluteal && x < 45.0) continue;
         const double size = 1.3 + 3.6 * std::pow(random(), 3.0), length = random.between(8, 34);
-        const Vec3 way = gluteal ? Vec3(sign * 0.75, -0.15, -0.66) : Vec3(lean, 0.08, 1.0).normalized();
+        const Vec3 direction = gluteal ? Vec3(sign * 0.75, -0.15, -0.66) : Vec3(lean, 0.08, 1.0).normalized();
         const Vec3 at(sign * x, y, z);
-        if (std::max(flesh.distance(at - length * way), flesh.distance(at + length * way)) >
+        if (std::max(flesh.distance(at - length * direction), flesh.distance(at + length * direction)) >
             -1.5 * size - 2.0)
             continue;
-        append(fat, tube({at - length * way, at - 0.8 * length * way, at - 0.3 * length * way,
-                          at + 0.3 * length * way, at + 0.8 * length * way, at + length * way},
-                         Vec3::UnitX() + 0.2 * Vec3::UnitY(),
-                         {0.1 * size, 0.6 * size, size, 0.9 * size, 0.6 * size, 0.1 * size},
-                         {0.1 * size, 0.8 * size, 1.5 * size, 1.3 * size, 0.7 * size, 0.1 * size}, 6));
+        append(fat,
+               tube({at - length * direction, at - 0.8 * length * direction, at - 0.3 * length * direction,
+                     at + 0.3 * length * direction, at + 0.8 * length * direction, at + length * direction},
+                    Vec3::UnitX() + 0.2 * Vec3::UnitY(),
+                    {0.1 * size, 0.6 * size, size, 0.9 * size, 0.6 * size, 0.1 * size},
+                    {0.1 * size, 0.8 * size, 1.5 * size, 1.3 * size, 0.7 * size, 0.1 * size}, 6));
     }
 }
 
@@ -287,17 +288,17 @@ void add_thigh_streaks(TriangleMesh& fat, const Chance& chance, const shape::Sol
         const Vec3 out(0.75 * std::cos(at_angle), std::sin(at_angle), 0.0);
         const Vec3 at = femur + away * out - Vec3(20.0, 0, 0);
         const double lean_y = random.between(-0.06, 0.06), lean_x = random.between(-0.08, 0.02);
-        const Vec3 way(lean_x, lean_y, 1.0);
+        const Vec3 direction(lean_x, lean_y, 1.0);
         const double size = 1.0 + 2.6 * std::pow(random(), 2.0), length = random.between(14, 38);
         if ((at - femur).head<2>().norm() < 22.0) continue;
         Polyline path;
         std::vector<double> a, b;
         for (const double t : {-1.0, -0.8, -0.3, 0.3, 0.8, 1.0}) {
-            const Vec3 p = at + t * length * way;
+            const Vec3 p = at + t * length * direction;
             path.push_back(side.at(p.x(), p.y(), p.z()));
-            const double share = std::abs(t) > 0.9 ? 0.1 : std::abs(t) > 0.5 ? 0.6 : 1.0;
-            a.push_back(share * size);
-            b.push_back(2.2 * share * size);
+            const double fraction = std::abs(t) > 0.9 ? 0.1 : std::abs(t) > 0.5 ? 0.6 : 1.0;
+            a.push_back(fraction * size);
+            b.push_back(2.2 * fraction * size);
         }
         if (std::max(flesh.distance(path.front()), flesh.distance(path.back())) > -2.2 * size - 2.0) continue;
         append(fat, tube(path, side.at(-out.y(), out.x(), 0.0), a, b, 6));

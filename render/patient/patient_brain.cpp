@@ -108,8 +108,8 @@ std::vector<std::vector<TextureBlob>> convolutions(const std::vector<Territory>&
     };
     for (int k = 0; k < tries; ++k) {
         const Vec3 p = low + (0.5 * (in_cube() + Vec3::Ones())).cwiseProduct(size);
-        const Vec3 way = in_cube(), aside = in_cube();
-        const double chosen = random(), wide = random(), long_share = random();
+        const Vec3 direction = in_cube(), aside = in_cube();
+        const double chosen = random(), wide = random(), long_fraction = random();
         const double depth = -brain.distance(p);
         if (depth < 1.0) continue;
         const bool grey = depth < cortex || in_nuclei(p);
@@ -118,14 +118,14 @@ std::vector<std::vector<TextureBlob>> convolutions(const std::vector<Territory>&
         for (int axis = 0; axis < 3; ++axis)
             outward[axis] = brain.distance(p + Vec3::Unit(axis)) - brain.distance(p - Vec3::Unit(axis));
         // Convolutions lie along the surface.
-        Vec3 along = way;
-        if (grey && outward.norm() > 0.1) along -= way.dot(outward) / outward.squaredNorm() * outward;
+        Vec3 along = direction;
+        if (grey && outward.norm() > 0.1) along -= direction.dot(outward) / outward.squaredNorm() * outward;
         TextureBlob blob;
         blob.middle = p.cast<float>();
         blob.axis = (along + Vec3(1e-3, 0, 0)).normalized().cast<float>();
         blob.radius = static_cast<float>(grey ? 2.0 + 2.2 * wide : 3.5 + 5.0 * wide);
-        blob.elongation = static_cast<float>(grey ? 1.5 + 2.5 * long_share : 1.0 + long_share);
-        blob.share = grey ? 0.8f : -0.6f;
+        blob.elongation = static_cast<float>(grey ? 1.5 + 2.5 * long_fraction : 1.0 + long_fraction);
+        blob.fraction = grey ? 0.8f : -0.6f;
         // Not beyond the falx.
         Vec3 at = p + mix * aside;
         at.x() = p.x() + mix * aside.x() * std::min(1.0, std::abs(p.x()) / 30.0);
@@ -140,8 +140,8 @@ std::vector<std::vector<TextureBlob>> convolutions(const std::vector<Territory>&
     for (std::size_t t = 0; t < parts.size(); ++t) {
         const double least = std::min(contents[t][0], contents[t][1]);
         for (TextureBlob& blob : texture_blobs[t]) {
-            const double own = contents[t][blob.share > 0.0f];
-            blob.share *= static_cast<float>(least / std::max(own, 1e-9));
+            const double own = contents[t][blob.fraction > 0.0f];
+            blob.fraction *= static_cast<float>(least / std::max(own, 1e-9));
         }
     }
     return texture_blobs;

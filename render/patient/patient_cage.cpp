@@ -33,8 +33,8 @@ constexpr double blade_cell = 1.6, shoulder_cell = 2.2;  // of the grids [mm]
 /// A place on the back of the cage, `gap` mm off the lungs.
 Vec3 behind(const Chest& chest, double x, double z, double gap) {
     const CageSection cage = chest.section(std::min(z, 440.0));
-    const double share = std::min(x / (cage.half_width + 12.0), 0.97);
-    return {x, cage.middle + (cage.half_depth + gap) * std::pow(1.0 - std::pow(share, 2.3), 1.0 / 2.3), z};
+    const double fraction = std::min(x / (cage.half_width + 12.0), 0.97);
+    return {x, cage.middle + (cage.half_depth + gap) * std::pow(1.0 - std::pow(fraction, 2.3), 1.0 / 2.3), z};
 }
 
 /// The left shoulder blade, 150 mm high and 100 wide (texts), its body 2 to 3 mm thick.
@@ -83,11 +83,11 @@ shape::Compound shoulder_blade(const Chest& chest) {
 /// The left humerus: head 48 mm in diameter (Iannotti 1992: 46 ± 2), 310 mm long, shaft 24 mm wide with walls
 /// of 4.5 mm (texts).
 shape::Compound humerus(const Chest& chest) {
-    const Vec3 head = shoulder_joint(chest), way = arm_way(chest),
-               across = way.cross(Vec3::UnitY()).normalized();
+    const Vec3 head = shoulder_joint(chest), direction = arm_direction(chest),
+               across = direction.cross(Vec3::UnitY()).normalized();
     const Vec3 outward = across.dot(Vec3(1, 0, 1)) > 0.0 ? across : Vec3(-across);
     const auto at = [&](double along, double out, double back) -> Vec3 {
-        return head + along * way + out * outward + back * Vec3::UnitY();
+        return head + along * direction + out * outward + back * Vec3::UnitY();
     };
     shape::Compound bone;
     bone.add(
@@ -100,7 +100,7 @@ shape::Compound humerus(const Chest& chest) {
                       {at(294, 3, 0), 8, 26}},
                      Vec3::UnitY()),
         [=](const Vec3& p) {
-            const double s = (p - head).dot(way);
+            const double s = (p - head).dot(direction);
             return 1.1 +
                    3.4 * std::clamp((s - 25.0) / 50.0, 0.0, 1.0) * std::clamp((290.0 - s) / 40.0, 0.2, 1.0);
         },
@@ -185,10 +185,10 @@ void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance
         const double t = random(), along = random.between(1.0, 4.5), radius = random.between(0.25, 0.7),
                      x = random.between(-4, 4), side = random() < 0.5 ? -1 : 1,
                      z = side * random.between(3.0, 5.5), y = random.between(-1, 1);
-        const Vec3 way = (to - rib_end).normalized();
+        const Vec3 direction = (to - rib_end).normalized();
         const Vec3 p = rib_end + t * (to - rib_end) - Vec3(0, 4.0, 14.0 * std::sin(std::numbers::pi * t)) +
                        Vec3(x, y, z);
-        add_strut(bones.outer, p - along * way, p + along * way, radius);
+        add_strut(bones.outer, p - along * direction, p + along * direction, radius);
     }
 }
 
@@ -229,10 +229,10 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
     const Vertebra& origin = vertebrae()[17 - number];  // T1 is the 17th from below
     const double top = origin.z + 0.55 * origin.half_height;
     std::vector<RibSection> sections;
-    const auto add = [&](const Vec3& p, double share, double shell) {
+    const auto add = [&](const Vec3& p, double fraction, double shell) {
         const CageSection cage = chest.section(p.z());
-        sections.push_back({p, Vec3::UnitZ(), Vec3(-p.x(), cage.middle - p.y(), 0.0), share * rib.half_height,
-                            share * 3.2, shell});
+        sections.push_back({p, Vec3::UnitZ(), Vec3(-p.x(), cage.middle - p.y(), 0.0),
+                            fraction * rib.half_height, fraction * 3.2, shell});
     };
     // Head at the vertebra, neck behind the lung.
     const CageSection at_neck = chest.section(top);
@@ -312,7 +312,7 @@ Vec3 shoulder_joint(const Chest& chest) {
     return {174.0, top.middle - top.half_depth + 57.0, 412.0};
 }
 
-Vec3 arm_way(const Chest& chest) {
+Vec3 arm_direction(const Chest& chest) {
     return (chest.arms_down ? Vec3(0.16, 0.0, -0.987) : Vec3(0.50, 0.12, 0.86)).normalized();
 }
 

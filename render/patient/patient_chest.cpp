@@ -20,7 +20,7 @@ constexpr double lung_gap = 2.5;  // between a lung and what it lies against [mm
 struct Chamber {
     Vec3 centre, axis;
     double along, across;
-    double share(const Vec3& p) const {  // 1 on the surface
+    double fraction(const Vec3& p) const {  // 1 on the surface
         const Vec3 d = p - centre;
         const double a = d.dot(axis), c2 = d.squaredNorm() - a * a;
         return std::sqrt(a * a / (along * along) + c2 / (across * across));
@@ -46,11 +46,12 @@ struct Heart {
                  chamber(Vec3(34, 2, 4), Vec3(0.50, -0.20, 0.85), 33, 21)}};    // auricle, outflow tract
     }
     /// Less than 1 inside; the parts are blended.
-    double share(const Vec3& p) const {
+    double fraction(const Vec3& p) const {
         constexpr double k = 0.12;
-        double least = chambers.front().share(p);
+        double least = chambers.front().fraction(p);
         for (std::size_t i = 1; i < chambers.size(); ++i) {
-            const double own = chambers[i].share(p), h = std::clamp(0.5 + 0.5 * (own - least) / k, 0.0, 1.0);
+            const double own = chambers[i].fraction(p),
+                         h = std::clamp(0.5 + 0.5 * (own - least) / k, 0.0, 1.0);
             least = own + h * (least - own) - k * h * (1.0 - h);
         }
         return least;
@@ -64,8 +65,8 @@ struct Dome {
     double height(double x, double y) const {
         const double across = (side.sign * x - 66.0) / 66.0, along = (y + 12.0) / 104.0;
         const double rim = 186.0 - 18.0 * std::clamp(along, -1.0, 1.0);
-        const double share = std::max(0.0, 1.0 - across * across - along * along);
-        return rim + (top() - rim) * std::pow(share, 0.75);
+        const double fraction = std::max(0.0, 1.0 - across * across - along * along);
+        return rim + (top() - rim) * std::pow(fraction, 0.75);
     }
 };
 
@@ -131,7 +132,7 @@ public:
         if (side_.sign * p.x() <
             mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
             return false;
-        if (heart_.share(p) < 1.0 + gap / 50.0) return false;
+        if (heart_.fraction(p) < 1.0 + gap / 50.0) return false;
         return std::none_of(vessels_.begin(), vessels_.end(), [&](const VesselSample& vessel) {
             return (p - vessel.place).squaredNorm() < std::pow(vessel.radius + gap, 2);
         });
@@ -141,7 +142,7 @@ public:
         constexpr double cell = 4.0, blend = 5.0;
         shape::Compound lung;
         lung.add(lung_space(chest_, side_));
-        lung.cut({[heart = heart_](const Vec3& p) { return 40.0 * (heart.share(p) - 1.0) - lung_gap; },
+        lung.cut({[heart = heart_](const Vec3& p) { return 40.0 * (heart.fraction(p) - 1.0) - lung_gap; },
                   {Vec3(-110, -160, 150), Vec3(120, 60, 380)}},
                  blend);
         for (const VesselSample& vessel : vessels_) {
@@ -234,9 +235,9 @@ TriangleMesh dome(const Chest& chest, Side side) {
     for (int i = 1; i <= rings; ++i) {
         Polyline top, bottom;
         for (int k = 0; k < around; ++k) {
-            const double angle = 2.0 * pi * k / around, share = 0.94 * i / rings;
-            const double x = side.sign * 66.0 + share * 64.0 * std::cos(angle),
-                         y = -12.0 + share * 102.0 * std::sin(angle);
+            const double angle = 2.0 * pi * k / around, fraction = 0.94 * i / rings;
+            const double x = side.sign * 66.0 + fraction * 64.0 * std::cos(angle),
+                         y = -12.0 + fraction * 102.0 * std::sin(angle);
             const double z = shape.height(x, y);
             const CageSection cage = chest.section(z);
             // Drawn inward where the cage is narrower.
@@ -264,7 +265,7 @@ TriangleMesh heart() {
         centre,
         [&](const Vec3& direction) {
             return first_exit(120.0, 4.0,
-                              [&](double r) { return shape.share(centre + r * direction) < 1.0; });
+                              [&](double r) { return shape.fraction(centre + r * direction) < 1.0; });
         },
         56);
 }

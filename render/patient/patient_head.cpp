@@ -64,16 +64,16 @@ TriangleMesh mastoid_cells(const Chance& chance) {
 /// Sutures and the grooves of the meningeal arteries, as soft tissue in the bone of the vault.
 TriangleMesh skull_grooves(const Chance& chance) {
     const shape::Solid cavity = cranial_cavity(chance);
-    // On a ray from the middle of the vault, at a share of the thickness from the inner side.
-    const auto on_vault = [&](const Vec3& toward, double share) -> Vec3 {
-        const Vec3 way = (toward - vault).normalized();
+    // On a ray from the middle of the vault, at a fraction of the thickness from the inner side.
+    const auto on_vault = [&](const Vec3& toward, double fraction) -> Vec3 {
+        const Vec3 direction = (toward - vault).normalized();
         double low = 30.0, high = 120.0;
         for (int k = 0; k < 18; ++k) {
             const double middle = 0.5 * (low + high);
-            const Vec3 p = vault + middle * way;
-            (cavity.distance(p) < share * skull_thickness(p) ? low : high) = middle;
+            const Vec3 p = vault + middle * direction;
+            (cavity.distance(p) < fraction * skull_thickness(p) ? low : high) = middle;
         }
-        return vault + low * way;
+        return vault + low * direction;
     };
     TriangleMesh grooves;
     geometry::Random random(chance.field("sutures"));

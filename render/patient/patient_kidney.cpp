@@ -43,7 +43,7 @@ shape::Solid renal_sinus(const KidneyFrame& f, double grown_by) {
 
 /// A pyramid of the medulla: its papilla at the sinus, and the direction in which it widens.
 struct Pyramid {
-    Vec3 papilla, way;
+    Vec3 papilla, axis;
     double width;  // relative to the others
 };
 
@@ -57,10 +57,10 @@ std::vector<Pyramid> pyramids_of(const KidneyFrame& f, const Chance& chance, int
     const auto add = [&](double rise, double turn, double apart, double width) {
         // `rise` toward the upper pole, `turn` from the convex border forward.
         const Vec3 across = -std::cos(turn) * f.hilum + std::sin(turn) * forward;
-        const Vec3 way = std::cos(rise) * across + std::sin(rise) * f.up;
+        const Vec3 axis = std::cos(rise) * across + std::sin(rise) * f.up;
         all.push_back({f.middle + 5.0 * f.hilum + 20.0 * std::sin(rise) * f.up +
                            apart * std::sin(turn) * forward - 2.0 * std::cos(rise) * f.hilum,
-                       way, width});
+                       axis, width});
     };
     for (const double row : {-1.0, 1.0}) {
         const int count = 4 + static_cast<int>(3.0 * random());
@@ -96,7 +96,7 @@ shape::Compound pyramids(const KidneyFrame& f, const shape::Solid& whole, const 
                      double nearest = 1e6, next = 1e6, beyond = 1e6;
                      for (const Pyramid& pyramid : all) {
                          const Vec3 off = q - pyramid.papilla;
-                         const double along = off.dot(pyramid.way);
+                         const double along = off.dot(pyramid.axis);
                          const double away = std::sqrt(std::max(0.0, off.squaredNorm() - along * along)) +
                                              std::max(0.0, -2.0 * along);
                          const double scaled = away / pyramid.width;

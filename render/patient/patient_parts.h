@@ -96,7 +96,7 @@ struct Chest {
 void add_cage(Bones&, const Chest&, const Chance&, bool shoulders = true);
 /// Middle of the left humerus' head, and the direction of that bone.
 geometry::Vec3 shoulder_joint(const Chest&);
-geometry::Vec3 arm_way(const Chest&);
+geometry::Vec3 arm_direction(const Chest&);
 void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
 /// The space of a lung, before heart and vessels take room from it.

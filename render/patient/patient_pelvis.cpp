@@ -109,7 +109,7 @@ shape::Compound hip_bone(const Chance& chance) {
 /// Where the shaft of the left femur begins, and its direction: neck–shaft angle 127°, anteversion 14°,
 /// offset 43 mm (Noble et al., Clin Orthop 1988: 125°, 43 mm); shaft leans 7° inward.
 const Vec3 shaft_top = hip_joint + Vec3(43.0, 10.0, -32.0);
-const Vec3 shaft_way(-0.115, -0.02, -0.993);
+const Vec3 shaft_direction(-0.115, -0.02, -0.993);
 
 /// The left femur down to a height. Neck 34 mm high and 27 wide, shaft 29 mm wide with walls of 7 mm; head
 /// 48 mm (Noble 1988; Gray).
@@ -117,9 +117,9 @@ shape::Compound femur(const Chance& chance, double low) {
     const auto along = [](double length, double x = 0.0, double y = 0.0) -> Vec3 {
         // Bowed forward by 8 mm at the middle of 420 mm.
         const double bow = -8.0 * std::sin(std::numbers::pi * std::clamp(length / 420.0, 0.0, 1.0));
-        return shaft_top + length * shaft_way + Vec3(x, y + bow, 0.0);
+        return shaft_top + length * shaft_direction + Vec3(x, y + bow, 0.0);
     };
-    const double length = std::max(60.0, (shaft_top.z() - low) / -shaft_way.z() - 14.0);
+    const double length = std::max(60.0, (shaft_top.z() - low) / -shaft_direction.z() - 14.0);
     std::vector<shape::Station> shaft;
     for (double s : {-12.0, 10.0, 35.0, 60.0, 100.0, 160.0, 240.0, 320.0, 380.0}) {
         if (s > length) break;
@@ -132,7 +132,7 @@ shape::Compound femur(const Chance& chance, double low) {
     shape.add(
         shape::sweep(shaft, Vec3::UnitX()),
         [](const Vec3& p) {
-            const double s = (p - shaft_top).dot(shaft_way);
+            const double s = (p - shaft_top).dot(shaft_direction);
             const double inner = std::clamp((shaft_top.x() - 0.115 * s - p.x()) / 14.0, 0.0, 1.0);
             return 1.2 +
                    5.3 * std::clamp((s - 8.0) / 60.0, 0.0, 1.0) * std::clamp((400.0 - s) / 90.0, 0.25, 1.0) +

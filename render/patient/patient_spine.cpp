@@ -207,9 +207,9 @@ void add_vertebral_struts(Bones& bones, const shape::Compound& shape, const Vert
         const bool lies = random() < 0.22;
         const Vec3 middle(x, y, z);
         if (shape::noise(middle, 9.0, clusters) < random.between(-0.8, 0.5)) continue;
-        const Vec3 way = lies ? Vec3(0.6 * length * Vec3(1.0, 2.0 * lean_y + 0.5, lean_x).normalized())
-                              : Vec3(length * Vec3(lean_x, lean_y, 1.0));
-        const Vec3 from = middle - way, to = middle + way;
+        const Vec3 half = lies ? Vec3(0.6 * length * Vec3(1.0, 2.0 * lean_y + 0.5, lean_x).normalized())
+                               : Vec3(length * Vec3(lean_x, lean_y, 1.0));
+        const Vec3 from = middle - half, to = middle + half;
         const auto deep = [&](const Vec3& p) { return shape.at(p).distance < -1.6; };
         if (deep(from) && deep(to) && deep(middle)) add_strut(bones.struts, place * from, place * to, radius);
     }

@@ -48,9 +48,9 @@ private:
 }  // namespace
 
 std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
-    // Half-axes r of smallest to largest. A blob's image has an energy ∝ share² · r⁴ at frequencies about
-    // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, share = (smallest/r)^0.45, the power
-    // of the sum is ∝ f^(−2.8), somewhat steeper where the smallest end.
+    // Half-axes r of smallest to largest. A blob's image has an energy ∝ fraction² · r⁴ at frequencies about
+    // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction = (smallest/r)^0.45, the
+    // power of the sum is ∝ f^(−2.8), somewhat steeper where the smallest end.
     constexpr double smallest = 1.0, largest = 24.0, longest = 2.4;  // longest: times r, along the axis
     constexpr double filled = 0.016;  // of the place, by the texture_blobs of each factor e of r (estimate)
     constexpr double power = 7.0 / 3.0;
@@ -77,7 +77,8 @@ std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid
         blob.radius = static_cast<float>(radius);
         blob.elongation = static_cast<float>(elongation);
         // What is more here is less there.
-        blob.share = static_cast<float>(std::pow(smallest / radius, 0.45)) * (balance > 0.0 ? -1.0f : 1.0f);
+        blob.fraction =
+            static_cast<float>(std::pow(smallest / radius, 0.45)) * (balance > 0.0 ? -1.0f : 1.0f);
         balance += content(blob);
         texture_blobs.push_back(blob);
     }

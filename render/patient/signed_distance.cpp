@@ -25,7 +25,7 @@ AlignedBox3d inflated(AlignedBox3d box, double by) {
     return box;
 }
 
-/// Smooth minimum (Quilez' polynomial), and the share of the second argument in it.
+/// Smooth minimum (Quilez' polynomial), and the fraction of the second argument in it.
 std::pair<double, double> smooth_min(double a, double b, double blend) {
     if (blend <= 0.0 || std::abs(a - b) >= blend) return b < a ? std::pair{b, 1.0} : std::pair{a, 0.0};
     const double h = 0.5 + 0.5 * (a - b) / blend;
@@ -55,11 +55,11 @@ Solid ball(const Vec3& centre, double radius) {
 Solid cone(const Vec3& from, const Vec3& to, double radius_from, double radius_to) {
     AlignedBox3d box = box_around(from, Vec3::Constant(radius_from));
     box.extend(box_around(to, Vec3::Constant(radius_to)));
-    const Vec3 way = to - from;
-    const double square = way.squaredNorm();
+    const Vec3 axis = to - from;
+    const double square = axis.squaredNorm();
     return {[=](const Vec3& p) {
-                const double t = std::clamp((p - from).dot(way) / square, 0.0, 1.0);
-                return (p - from - t * way).norm() - (radius_from + t * (radius_to - radius_from));
+                const double t = std::clamp((p - from).dot(axis) / square, 0.0, 1.0);
+                return (p - from - t * axis).norm() - (radius_from + t * (radius_to - radius_from));
             },
             box};
 }
@@ -83,7 +83,7 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
     assert(stations.size() >= 2);
     constexpr int pieces = 4;
     struct Joint {
-        Vec3 at = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero(), along = Vec3::Zero(), way = Vec3::Zero();
+        Vec3 at = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero(), along = Vec3::Zero(), axis = Vec3::Zero();
         double a = 0.0, b = 0.0, length = 0.0, inverse = 0.0;
     };
     std::vector<Joint> joints;
@@ -112,8 +112,8 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
         joint.along = (joints[std::min(i + 1, last)].at - joints[std::max(i - 1, 0)].at).normalized();
         joint.u = (u - u.dot(joint.along) * joint.along).normalized();
         joint.v = joint.along.cross(joint.u);
-        joint.way = joints[std::min(i + 1, last)].at - joint.at;
-        joint.inverse = 1.0 / std::max(joint.way.squaredNorm(), 1e-12);
+        joint.axis = joints[std::min(i + 1, last)].at - joint.at;
+        joint.inverse = 1.0 / std::max(joint.axis.squaredNorm(), 1e-12);
         box.extend(box_around(joint.at, Vec3::Constant(std::max(joint.a, joint.b))));
     }
     if (inset) box = inflated(box, 0.1 * box.sizes().minCoeff());  // it may bulge
@@ -123,8 +123,8 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
                 for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
                     const Joint& joint = joints[i];
                     const Vec3 x = p - joint.at;
-                    const double t = std::clamp(x.dot(joint.way) * joint.inverse, 0.0, 1.0);
-                    const double square = (x - t * joint.way).squaredNorm();
+                    const double t = std::clamp(x.dot(joint.axis) * joint.inverse, 0.0, 1.0);
+                    const double square = (x - t * joint.axis).squaredNorm();
                     if (square < least) least = square, nearest = i, part = t;
                 }
                 const Joint &low = joints[nearest], &high = joints[nearest + 1];
@@ -197,26 +197,26 @@ Solid moved(Solid solid, const Eigen::Isometry3d& to) {
 void Compound::push(Part part) {
     widest_blend_ = std::max(widest_blend_, part.blend);
     thickest_shell_ = std::max(thickest_shell_, part.shell);
-    if (part.way == Way::Add) box_.extend(part.solid.box);
-    if (part.way == Way::Keep) box_ = box_.intersection(part.solid.box);
+    if (part.operation == Operation::Add) box_.extend(part.solid.box);
+    if (part.operation == Operation::Keep) box_ = box_.intersection(part.solid.box);
     all_.push_back(static_cast<std::uint16_t>(parts_.size()));
     parts_.push_back(std::move(part));
 }
 
 Compound& Compound::add(Solid solid, double shell, double blend) {
-    push({std::move(solid), Way::Add, blend, shell, {}});
+    push({std::move(solid), Operation::Add, blend, shell, {}});
     return *this;
 }
 Compound& Compound::add(Solid solid, Shell shell, double thickest, double blend) {
-    push({std::move(solid), Way::Add, blend, thickest, std::move(shell)});
+    push({std::move(solid), Operation::Add, blend, thickest, std::move(shell)});
     return *this;
 }
 Compound& Compound::cut(Solid solid, double blend) {
-    push({std::move(solid), Way::Cut, blend, 0.0, {}});
+    push({std::move(solid), Operation::Cut, blend, 0.0, {}});
     return *this;
 }
 Compound& Compound::keep(Solid solid, double blend) {
-    push({std::move(solid), Way::Keep, blend, 0.0, {}});
+    push({std::move(solid), Operation::Keep, blend, 0.0, {}});
     return *this;
 }
 void Compound::roughen(Shell rough, double most) {
@@ -225,14 +225,14 @@ void Compound::roughen(Shell rough, double most) {
 }
 Compound& Compound::clear_of(const Compound& other, double gap) {
     for (const Part& part : other.parts_)
-        if (part.way == Way::Add) cut(grown(part.solid, gap));
+        if (part.operation == Operation::Add) cut(grown(part.solid, gap));
     return *this;
 }
 
 Compound Compound::grown_by(double by) const {
     Compound result;
     for (Part part : parts_) {
-        if (part.way == Way::Add) part.solid = grown(part.solid, by);
+        if (part.operation == Operation::Add) part.solid = grown(part.solid, by);
         result.push(std::move(part));
     }
     return result;
@@ -248,16 +248,16 @@ Compound::Value Compound::at(const Vec3& p, const std::vector<std::uint16_t>& pa
     for (const std::uint16_t index : parts) {
         const Part& part = parts_[index];
         const double own = part.solid.distance(p);
-        if (part.way == Way::Add) {
-            const auto [distance, share] = smooth_min(value.distance, own, part.blend);
+        if (part.operation == Operation::Add) {
+            const auto [distance, fraction] = smooth_min(value.distance, own, part.blend);
             value.distance = distance;
-            if (share > 0.0) {
+            if (fraction > 0.0) {
                 const double shell = part.varying ? part.varying(p) : part.shell;
-                value.shell += share * (shell - value.shell);
+                value.shell += fraction * (shell - value.shell);
             }
         } else {
             value.distance =
-                -smooth_min(-value.distance, part.way == Way::Cut ? own : -own, part.blend).first;
+                -smooth_min(-value.distance, part.operation == Operation::Cut ? own : -own, part.blend).first;
         }
     }
     return value;
@@ -269,8 +269,8 @@ std::vector<std::uint16_t> Compound::parts_near(const AlignedBox3d& box, double 
     for (std::size_t i = 0; i < parts_.size(); ++i) {
         const AlignedBox3d& own = parts_[i].solid.box;
         const double square = box.squaredExteriorDistance(own);
-        if (parts_[i].way != Way::Keep && square > margin * margin) continue;
-        some = some || parts_[i].way == Way::Add;
+        if (parts_[i].operation != Operation::Keep && square > margin * margin) continue;
+        some = some || parts_[i].operation == Operation::Add;
         near.push_back(static_cast<std::uint16_t>(i));
     }
     if (!some) near.clear();

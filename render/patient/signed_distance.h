@@ -91,10 +91,10 @@ public:
     Solid solid() const;
 
 private:
-    enum class Way { Add, Cut, Keep };
+    enum class Operation { Add, Cut, Keep };
     struct Part {
         Solid solid;
-        Way way;
+        Operation operation;
         double blend, shell;
         Shell varying;
     };

@@ -10,16 +10,16 @@
 namespace render {
 namespace {
 
-/// Shares of old pixels in new pixel `i` along one side.
+/// Fractions of old pixels in new pixel `i` along one side.
 struct Span {
     int first = 0;
-    std::vector<double> shares;  // their sum is 1
+    std::vector<double> fractions;  // their sum is 1
 };
 Span span_of(int i, int from, int to) {
     const double start = double(i) * from / to, stop = double(i + 1) * from / to;
     Span span{std::min(static_cast<int>(start), from - 1), {}};
     for (int k = span.first; k < from && k < stop; ++k) {
-        span.shares.push_back((std::min(stop, k + 1.0) - std::max(start, double(k))) / (stop - start));
+        span.fractions.push_back((std::min(stop, k + 1.0) - std::max(start, double(k))) / (stop - start));
     }
     return span;
 }
@@ -33,12 +33,12 @@ GrayImage reduced(const GrayImage& image, int width, int height) {
         const Span rows = span_of(j, image.height, height);
         for (int i = 0; i < width; ++i) {
             double sum = 0.0;
-            for (std::size_t r = 0; r < rows.shares.size(); ++r) {
+            for (std::size_t r = 0; r < rows.fractions.size(); ++r) {
                 const std::uint8_t* row =
                     &image
                          .pixels[(rows.first + r) * image.width + static_cast<std::size_t>(columns[i].first)];
-                for (std::size_t c = 0; c < columns[i].shares.size(); ++c) {
-                    sum += rows.shares[r] * columns[i].shares[c] * row[c];
+                for (std::size_t c = 0; c < columns[i].fractions.size(); ++c) {
+                    sum += rows.fractions[r] * columns[i].fractions[c] * row[c];
                 }
             }
             result.pixels[static_cast<std::size_t>(j) * width + i] =
@@ -52,7 +52,7 @@ GrayImage reduced(const GrayImage& image, int width, int height) {
 struct Between {
     int first = 0;
     int second = 0;
-    int share = 0;
+    int fraction = 0;
 };
 std::vector<Between> between(int from, int to) {
     std::vector<Between> places(static_cast<std::size_t>(to));
@@ -74,13 +74,13 @@ GrayImage enlarged(const GrayImage& image, int width, int height) {
         const std::uint8_t* upper = &image.pixels[std::size_t(rows[j].first) * image.width];
         const std::uint8_t* lower = &image.pixels[std::size_t(rows[j].second) * image.width];
         for (int i = 0; i < image.width; ++i) {
-            mixed[i] = 256 * upper[i] + rows[j].share * (lower[i] - upper[i]);
+            mixed[i] = 256 * upper[i] + rows[j].fraction * (lower[i] - upper[i]);
         }
         std::uint8_t* to = &result.pixels[std::size_t(j) * width];
         for (int i = 0; i < width; ++i) {
-            const auto& [first, second, share] = columns[i];
+            const auto& [first, second, fraction] = columns[i];
             to[i] = static_cast<std::uint8_t>(
-                (256 * mixed[first] + share * (mixed[second] - mixed[first]) + 32768) >> 16);
+                (256 * mixed[first] + fraction * (mixed[second] - mixed[first]) + 32768) >> 16);
         }
     }
     return result;

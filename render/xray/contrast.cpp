@@ -261,19 +261,19 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
                                 Row& row) const {
     const double length = (to - from).norm();
     if (!(length > 0)) return;
-    const Vec3 way = (to - from) / length;
+    const Vec3 direction = (to - from) / length;
     double s = 0;
     while (s < length) {
         // The cell just ahead, and where the path leaves it.
         std::size_t cell = 0;
         double leave = length;
         for (int k = 2; k >= 0; --k) {
-            const double at = (from[k] + s * way[k] - low[k]) / width;
+            const double at = (from[k] + s * direction[k] - low[k]) / width;
             int index = static_cast<int>(std::floor(at));
-            if (way[k] < 0 && at == index) --index;
-            if (way[k] != 0)
-                leave =
-                    std::min(leave, (low[k] + width * (way[k] > 0 ? index + 1 : index) - from[k]) / way[k]);
+            if (direction[k] < 0 && at == index) --index;
+            if (direction[k] != 0)
+                leave = std::min(leave, (low[k] + width * (direction[k] > 0 ? index + 1 : index) - from[k]) /
+                                            direction[k]);
             cell = cell * cells[k] + std::clamp(index, 0, cells[k] - 1);
         }
         leave = std::min(length, std::max(leave, s + 1e-6));
@@ -281,7 +281,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
         lines.clear();
         const auto add_line = [&](std::uint32_t n) {
             const Vec3 off = nodes[n] - from;
-            lines.push_back({n, off.squaredNorm() - squares[n], -2 * way.dot(off)});
+            lines.push_back({n, off.squaredNorm() - squares[n], -2 * direction.dot(off)});
         };
         for (std::uint32_t c = starts[cell]; c < starts[cell + 1]; ++c) add_line(candidates[c]);
         if (lines.empty())  // inside a vessel that its nodes' balls do not fill
@@ -298,7 +298,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
             }
             if (until > s)
                 row.add(deepest.node, weight * (until - s),
-                        from + 0.5 * (s + until) * way - nodes[deepest.node]);
+                        from + 0.5 * (s + until) * direction - nodes[deepest.node]);
             s = std::max(s, until);
             deepest = next;
             if (until == leave) break;
@@ -457,7 +457,7 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
     clear(out, matrix.width);
     struct Moved {
         int x, y;
-        std::array<float, 4> share;  // of the iodine: upper left, upper right, lower left, lower right
+        std::array<float, 4> fraction;  // of the iodine: upper left, upper right, lower left, lower right
     };
     std::vector<Moved> nodes;
     nodes.reserve(iodine.size());
@@ -482,16 +482,16 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
                                 : matrix.lengths[k] * mixed_part(streams[matrix.nodes[k]], matrix.offsets[k]);
             if (x >= 0 && y >= 0 && x + 1 < width && y + 1 < width) {
                 float* at = out.values.data() + static_cast<std::size_t>(y) * width + x;
-                at[0] += length * node.share[0];
-                at[1] += length * node.share[1];
-                at[width] += length * node.share[2];
-                at[width + 1] += length * node.share[3];
+                at[0] += length * node.fraction[0];
+                at[1] += length * node.fraction[1];
+                at[width] += length * node.fraction[2];
+                at[width + 1] += length * node.fraction[3];
                 continue;
             }
             for (int tap = 0; tap < 4; ++tap) {
                 const int u = x + tap % 2, v = y + tap / 2;
                 if (u >= 0 && v >= 0 && u < width && v < width)
-                    out.values[static_cast<std::size_t>(v) * width + u] += length * node.share[tap];
+                    out.values[static_cast<std::size_t>(v) * width + u] += length * node.fraction[tap];
             }
         }
     }

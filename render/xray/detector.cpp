@@ -15,7 +15,7 @@ namespace {
 constexpr float fewest_for_normal = 25.0f;    // quanta
 constexpr float fewest_for_expansion = 4.0f;  // quanta
 
-/// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
+/// Normal quantiles at the middle of 4096 equal fractions, scaled so that the sum of two has variance 1: one
 /// lookup alone would end at 3.7 standard deviations and be visibly discrete.
 const std::array<float, 4096>& quantiles() {
     static const std::array<float, 4096> table = [] {

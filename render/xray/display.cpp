@@ -20,9 +20,9 @@ double range_of(const Field& log, const Field& open) {
     for (std::size_t i = 0; i < log.values.size(); i += 7)
         if (open.values[i] > 0.5f) seen.push_back(log.values[i]);
     if (seen.size() < 20) return 0.0;
-    const auto at = [&](double share) {
+    const auto at = [&](double fraction) {
         const auto place =
-            seen.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(seen.size()));
+            seen.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(seen.size()));
         std::nth_element(seen.begin(), place, seen.end());
         return *place;
     };
@@ -81,10 +81,10 @@ Display::Display(const DisplaySpec& spec, const Field& expected, const Field& fl
         enlarge(gaussian_blur(shrink(log, block), spec.compression_reach * expected.width / block), block,
                 expected.width, expected.height);
     const double range = range_of(slow, open_);
-    const auto share =
+    const auto fraction =
         static_cast<float>(std::max(spec.compression, range > spec.range ? 1.0 - spec.range / range : 0.0));
     for (std::size_t i = 0; i < log.values.size(); ++i) {
-        reference_.values[i] = middle + share * (slow.values[i] - middle) + std::log(flat.values[i]);
+        reference_.values[i] = middle + fraction * (slow.values[i] - middle) + std::log(flat.values[i]);
     }
 }
 

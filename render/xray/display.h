@@ -10,7 +10,7 @@
 namespace render {
 
 struct DisplaySpec {
-    double compression = 0.55;  // least share of slow changes of brightness to be removed [-]
+    double compression = 0.55;  // least fraction of slow changes of brightness to be removed [-]
     double range = 1.2;         // what may be left of these, as between lung and heart [e-folds of signal]
     double compression_reach = 0.06;  // what counts as slow: standard deviation, in image widths [-]
     double contrast = 2.6;            // steepness of the grey curve per e-fold of signal [-]

@@ -205,9 +205,9 @@ double MeasuringField::mean(std::span<const float> signal) const {
 
 Field MeasuringField::weights() const {
     Field result = disc_;
-    const auto share = static_cast<float>(patient_alone_);
+    const auto fraction = static_cast<float>(patient_alone_);
     for (std::size_t i = 0; i < result.values.size(); ++i)
-        result.values[i] += share * (patient_.values[i] - disc_.values[i]);
+        result.values[i] += fraction * (patient_.values[i] - disc_.values[i]);
     return result;
 }
 

@@ -110,11 +110,11 @@ public:
     /// Of the mean thickness, in which thick parts count more: below the first a part does not count, above
     /// the second it does in full [-].
     static constexpr float thin = 0.3f, thick = 0.6f;
-    /// From this share of the disc on the patient alone is measured; below, both means count [-].
+    /// From this fraction of the disc on the patient alone is measured; below, both means count [-].
     static constexpr double enough = 0.25;
 
-    /// `disc`: share of each pixel that is in the disc and open [-]; `thickness`: of what its ray passes, as
-    /// soft tissue that scatters as much [mm].
+    /// `disc`: fraction of each pixel that is in the disc and open [-]; `thickness`: of what its ray passes,
+    /// as soft tissue that scatters as much [mm].
     MeasuringField(const Field& disc, const Field& thickness);
 
     /// Mean of a signal, which must not be negative; that of patient and disc are mixed as logarithms.

@@ -174,8 +174,8 @@ std::vector<std::string> problems(const Exposure& exposure) {
     if (!(exposure.breath >= 0.0 && exposure.breath <= largest_breath))
         found.emplace_back("the share of breath must lie within 0 and " +
                            std::to_string(static_cast<int>(largest_breath)));
-    for (const double share : {exposure.beat, exposure.drift})
-        if (!(share >= 0.0 && share <= 1.0))
+    for (const double fraction : {exposure.beat, exposure.drift})
+        if (!(fraction >= 0.0 && fraction <= 1.0))
             found.emplace_back("the shares of heartbeat and drift must lie within 0 and 1");
     return found;
 }

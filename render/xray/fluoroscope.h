@@ -38,7 +38,7 @@ struct TissueLayer {
     /// Displacement of each vertex at full inspiration, at the end of systole, and when the bowel has carried
     /// its gas farthest [mm]; empty = still.
     std::vector<Eigen::Vector3f> breath = {}, beat = {}, drift = {};
-    /// Where its share differs from that of the mesh: texture, which neither breath nor heartbeat moves.
+    /// Where its fraction differs from that of the mesh: texture, which neither breath nor heartbeat moves.
     std::vector<TextureBlob> texture_blobs = {};
     bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
@@ -88,7 +88,7 @@ struct Exposure {
     std::vector<Eigen::Vector3f> vessel_moves = {}, distal_moves = {};
     /// Of the lumen's vertices besides, where a vessel is narrower than its mesh; contrast alone shows it.
     std::vector<VertexMove> lumen_moves = {};
-    /// Share of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
+    /// Fraction of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
     double breath = 0.0, beat = 0.0, drift = 0.0;
 
     void state(geometry::StateStream& s) {

@@ -155,13 +155,13 @@ double air_energy_absorption(double energy) {
     return mass_attenuation(air_absorption, energy);
 }
 
-/// Share of the arriving energy that the scintillator absorbs [-].
-static double absorbed_share(double energy) {
+/// Fraction of the arriving energy that the scintillator absorbs [-].
+static double absorbed_fraction(double energy) {
     return 1.0 - std::exp(-attenuation(Material::CaesiumIodide, energy) * scintillator);
 }
 
 double kerma_per_signal(double energy) {
-    return air_energy_absorption(energy) / absorbed_share(energy);
+    return air_energy_absorption(energy) / absorbed_fraction(energy);
 }
 
 Spectrum detected_spectrum(double kvp) {
@@ -176,7 +176,7 @@ Spectrum detected_spectrum(double kvp) {
                                std::exp(-attenuation(Material::Aluminium, energy) * aluminium_mm -
                                         attenuation(Material::Copper, energy) * copper_mm);
         spectrum.energies.push_back(energy);
-        spectrum.weights.push_back(photons * energy * absorbed_share(energy));
+        spectrum.weights.push_back(photons * energy * absorbed_fraction(energy));
         sum += spectrum.weights.back();
     }
     for (double& weight : spectrum.weights) weight /= sum;

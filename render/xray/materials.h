@@ -45,7 +45,7 @@ double scattering(Material);
 /// energy fluence to air kerma.
 double air_energy_absorption(double energy);
 
-/// An X-ray spectrum as the detector counts it: energies [keV] and the share of signal from each.
+/// An X-ray spectrum as the detector counts it: energies [keV] and the fraction of signal from each.
 struct Spectrum {
     std::vector<double> energies;
     std::vector<double> weights;  // their sum is 1 with nothing in the beam

@@ -127,11 +127,11 @@ OrganFlow::OrganFlow(const Samples& samples, const CArm& arm)
         const int i = static_cast<int>(u), j = static_cast<int>(v);
         for (int corner = 0; corner < 4; ++corner) {
             const int a = corner & 1, b = corner >> 1;
-            const auto share =
+            const auto fraction =
                 weight * static_cast<float>((a ? u - i : 1 - (u - i)) * (b ? v - j : 1 - (v - j)));
             const std::size_t n = sums.at(i + a, j + b);
-            sums.weights[n] += share;
-            for (int m = 0; m < movers; ++m) sums.flows[n][m] += share * flows[m];
+            sums.weights[n] += fraction;
+            for (int m = 0; m < movers; ++m) sums.flows[n][m] += fraction * flows[m];
         }
     }
     nodes_ = smooth_means(sums);
@@ -150,7 +150,7 @@ OrganFlow::Flows OrganFlow::at(float x, float y) const {
     return flows;
 }
 
-std::vector<OrganFlow::Flows> OrganFlow::at_shares(const MoverShares& now, const Box& box) const {
+std::vector<OrganFlow::Flows> OrganFlow::at_fractions(const MoverFractions& now, const Box& box) const {
     std::vector<Flows> found(nodes_.size());
     for (Flows& flows : found) flows.fill(Eigen::Vector2f::Zero());
     const auto before = [this](int pixel) {
@@ -175,7 +175,7 @@ std::vector<OrganFlow::Flows> OrganFlow::at_shares(const MoverShares& now, const
     return found;
 }
 
-double OrganFlow::farthest(const MoverShares& steps) const {
+double OrganFlow::farthest(const MoverFractions& steps) const {
     float most = 0;
     for (const Flows& flows : nodes_) {
         float sum = 0;
@@ -241,7 +241,7 @@ void OrganMoment::for_each(const Group& group, const WindowImage<Value>& image, 
     const float per_cell = 1 / group.cell, v = static_cast<float>(row) * per_cell + OrganFlow::margin;
     const int j = std::clamp(static_cast<int>(v), 0, side - 2);
     const float fv = v - static_cast<float>(j);
-    const Eigen::Vector2f* const nodes = group.way.data() + static_cast<std::size_t>(j) * side;
+    const Eigen::Vector2f* const nodes = group.displacement.data() + static_cast<std::size_t>(j) * side;
     const auto node = [&](int i) -> Eigen::Vector2f { return (1 - fv) * nodes[i] + fv * nodes[side + i]; };
     // A hair before the last row and column, so that there is one after each.
     const float right = static_cast<float>(image.width - 1) - 1e-3f,
@@ -358,16 +358,16 @@ void OrganPhases::clear() {
     }
 }
 
-MoverShares OrganPhases::shares_of(const Place& place) {
-    MoverShares shares;
-    for (int m = 0; m < movers; ++m) shares[m] = static_cast<double>(place[m]) / steps[m];
-    return shares;
+MoverFractions OrganPhases::fractions_of(const Place& place) {
+    MoverFractions fractions;
+    for (int m = 0; m < movers; ++m) fractions[m] = static_cast<double>(place[m]) / steps[m];
+    return fractions;
 }
 
-OrganPhases::Place OrganPhases::nearest(const Group& group, const MoverShares& shares) {
+OrganPhases::Place OrganPhases::nearest(const Group& group, const MoverFractions& fractions) {
     Place place{};
     for (int m = 0; m < movers; ++m)
-        if (group.moved[m]) place[m] = static_cast<int>(std::lround(shares[m] * steps[m]));
+        if (group.moved[m]) place[m] = static_cast<int>(std::lround(fractions[m] * steps[m]));
     return place;
 }
 
@@ -375,7 +375,7 @@ void OrganPhases::prepare(Group& group, const PosedLayers& from) {
     if (group.flow) return;
     const CArm& arm = from.pose.arm;
     group.flow.emplace(group.samples, arm);
-    MoverShares half{};
+    MoverFractions half{};
     for (int m = 0; m < movers; ++m) half[m] = 0.5 / steps[m];
     // What comes into the image from beyond its edges is drawn, too.
     group.margin =
@@ -398,8 +398,8 @@ bool OrganPhases::draw_layer(Group& group, Kind& kind, const Place& place, const
     const int layer = kind.layers[drawing.next++];
     const TissueLayer& tissue = from.layers[static_cast<std::size_t>(layer)];
     const CArm& arm = group.arm;
-    const MoverShares shares = shares_of(place);
-    const PathLengthRenderer::Phase at{shares[Breath], shares[Beat], shares[Drift]};
+    const MoverFractions fractions = fractions_of(place);
+    const PathLengthRenderer::Phase at{fractions[Breath], fractions[Beat], fractions[Drift]};
     drawing.sums.resize(from.pose.mixtures.size());
     Field* sum = nullptr;
     if (tissue.material != tissue.inside) {
@@ -485,17 +485,17 @@ const std::vector<PixelBins>& OrganPhases::still(const Exposure& exposure, const
 
 OrganMoment OrganPhases::moment(const Exposure& exposure, const BeamImages& beam, const PosedLayers& from) {
     OrganMoment moment;
-    const MoverShares shares = {exposure.breath, exposure.beat, exposure.drift};
-    const auto moves = [&shares](const Group& group) {
+    const MoverFractions fractions = {exposure.breath, exposure.beat, exposure.drift};
+    const auto moves = [&fractions](const Group& group) {
         for (int m = 0; m < movers; ++m)
-            if (group.moved[m] && shares[m] > 0.0) return true;
+            if (group.moved[m] && fractions[m] > 0.0) return true;
         return false;
     };
     if (std::none_of(groups_.begin(), groups_.end(), moves)) return moment;
     const int pixels = from.pose.arm.pixels;
     for (Group& group : groups_) {
         prepare(group, from);
-        const Place place = nearest(group, shares);
+        const Place place = nearest(group, fractions);
         OrganMoment::Group& made = moment.groups_.emplace_back();
         made.transmission = &image(group, place, exposure, beam, from);
         for (Kind& kind : group.kinds)
@@ -504,15 +504,15 @@ OrganMoment OrganPhases::moment(const Exposure& exposure, const BeamImages& beam
         made.cell = group.flow->cell();
         made.reach = group.margin;
         const WindowImage<FourBins>& shown = *made.transmission;
-        const std::vector<OrganFlow::Flows> flows = group.flow->at_shares(
-            shares, {std::max(shown.left - made.reach, 0), std::max(shown.top - made.reach, 0),
-                     std::min(shown.left + shown.width + made.reach, pixels),
-                     std::min(shown.top + shown.height + made.reach, pixels)});
-        const MoverShares to = shares_of(place);
+        const std::vector<OrganFlow::Flows> flows = group.flow->at_fractions(
+            fractions, {std::max(shown.left - made.reach, 0), std::max(shown.top - made.reach, 0),
+                        std::min(shown.left + shown.width + made.reach, pixels),
+                        std::min(shown.top + shown.height + made.reach, pixels)});
+        const MoverFractions to = fractions_of(place);
         for (const OrganFlow::Flows& flow : flows) {
-            Eigen::Vector2f& way = made.way.emplace_back(Eigen::Vector2f::Zero());
+            Eigen::Vector2f& displacement = made.displacement.emplace_back(Eigen::Vector2f::Zero());
             for (int m = 0; m < movers; ++m)
-                if (group.moved[m]) way += static_cast<float>(to[m] - shares[m]) * flow[m];
+                if (group.moved[m]) displacement += static_cast<float>(to[m] - fractions[m]) * flow[m];
         }
     }
     moment.still_ = &still(exposure, beam, from);

@@ -20,8 +20,8 @@ namespace render {
 
 enum Mover { Breath, Beat, Drift };
 inline constexpr int movers = 3;
-/// Of each mover the share of its displacements, 0 to 1.
-using MoverShares = std::array<double, movers>;
+/// Of each mover the fraction of its displacements, 0 to 1.
+using MoverFractions = std::array<double, movers>;
 
 /// Displacements of layers in the image of an arm: at each node of a coarse grid, those of what is seen
 /// edge-on there, for outlines are what moves visibly. Between outlines they are continued smoothly.
@@ -44,15 +44,15 @@ public:
 
     OrganFlow(const Samples&, const CArm&);
 
-    using Flows = std::array<Eigen::Vector2f, movers>;  // by a whole share of each mover [pixels]
-    /// For each node the flows of what is seen there at these shares; 0 at nodes farther than a cell from the
-    /// box.
+    using Flows = std::array<Eigen::Vector2f, movers>;  // by a whole fraction of each mover [pixels]
+    /// For each node the flows of what is seen there at these fractions; 0 at nodes farther than a cell from
+    /// the box.
     struct Box {
         int left, top, right, bottom;  // the last two exclusive [pixels]
     };
-    std::vector<Flows> at_shares(const MoverShares&, const Box&) const;
-    /// Most that anything moves for a change of the shares by these steps, in either direction [pixels].
-    double farthest(const MoverShares& steps) const;
+    std::vector<Flows> at_fractions(const MoverFractions&, const Box&) const;
+    /// Most that anything moves for a change of the fractions by these steps, in either direction [pixels].
+    double farthest(const MoverFractions& steps) const;
 
     /// Node (i, j) is at pixel ((i − margin) · cell, (j − margin) · cell).
     static constexpr int side = 41, margin = 4;
@@ -104,7 +104,7 @@ private:
     struct Group {
         const WindowImage<FourBins>* transmission = nullptr;
         std::map<int, const WindowImage<float>*> organs = {};
-        std::vector<Eigen::Vector2f> way = {};  // of each node of the flow; to the phase [pixels]
+        std::vector<Eigen::Vector2f> displacement = {};  // of each node of the flow; to the phase [pixels]
         float cell = 0;
         int reach = 0;  // how far organs may be from their places in the phase [pixels]
     };
@@ -157,8 +157,8 @@ private:
         int margin = 0;  // [pixels]
         std::map<std::pair<double, Place>, WindowImage<FourBins>> images = {};  // by requested voltage
     };
-    static Place nearest(const Group&, const MoverShares&);
-    static MoverShares shares_of(const Place&);
+    static Place nearest(const Group&, const MoverFractions&);
+    static MoverFractions fractions_of(const Place&);
     static void prepare(Group&, const PosedLayers&);
     bool draw_layer(Group&, Kind&, const Place&, const PosedLayers&);
     static Place of_kind(const Kind&, Place);

@@ -75,16 +75,17 @@ int unmatched_edges(const TriangleMesh& mesh) {
     }
     for_each_edge([&](int low, int, int) { ++starts[low + 1]; });
     for (int i = 0; i < count; ++i) starts[i + 1] += starts[i];
-    struct Way {
+    struct HalfEdge {
         int other, forward;
     };
-    std::vector<Way> ways(starts.back());
+    std::vector<HalfEdge> half_edges(starts.back());
     std::vector<std::size_t> next(starts.begin(), starts.end() - 1);
-    for_each_edge([&](int low, int high, int forward) { ways[next[low]++] = {high, forward}; });
+    for_each_edge([&](int low, int high, int forward) { half_edges[next[low]++] = {high, forward}; });
     int unmatched = 0;
     for (int i = 0; i < count; ++i) {
-        const auto own = std::span(ways).subspan(starts[i], starts[i + 1] - starts[i]);
-        std::sort(own.begin(), own.end(), [](const Way& a, const Way& b) { return a.other < b.other; });
+        const auto own = std::span(half_edges).subspan(starts[i], starts[i + 1] - starts[i]);
+        std::sort(own.begin(), own.end(),
+                  [](const HalfEdge& a, const HalfEdge& b) { return a.other < b.other; });
         for (std::size_t k = 0; k < own.size();) {
             const int other = own[k].other;
             int sum = 0;

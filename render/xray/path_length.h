@@ -50,7 +50,7 @@ public:
     /// Moves the vertices of a mesh that has no displacements. Throws std::invalid_argument for another
     /// number of them.
     void move(int mesh, const geometry::TriangleMesh& moved);
-    /// Shares of these displacements, 0 to 1.
+    /// Fractions of these displacements, 0 to 1.
     struct Phase {
         double breath = 0.0, beat = 0.0, drift = 0.0;
     };

@@ -19,7 +19,7 @@ constexpr double fine_blur = 1.0, coarse_blur = 5.0;  // [pixels]
 constexpr double outlier = 2.0 * 1.4826;              // residual of half weight, in median residuals [-]
 /// Pixels whose signs agree, minus the others, for a shift to be believed: noise that was searched for its
 /// best place reaches 0.1.
-constexpr double least_agreement = 0.15;  // share of all [-]
+constexpr double least_agreement = 0.15;  // fraction of all [-]
 
 Field structure_of(const Field& field) {
     const Field wide = gaussian_blur(field, coarse_blur);
@@ -62,7 +62,7 @@ std::vector<float> residuals_of(const Level& level, const Field& mask) {
     return residuals;
 }
 
-/// Mean of Geman and McClure's r²/(r² + c²), which no outlier raises beyond its share.
+/// Mean of Geman and McClure's r²/(r² + c²), which no outlier raises beyond its fraction.
 double robust_cost(const Level& level, const Field& mask, double squared) {
     double sum = 0.0;
     for (const std::uint32_t pixel : level.pixels) {

@@ -14,22 +14,23 @@ namespace render {
 namespace {
 
 /// Weights of both Gaussians averaged over pixels, the middle one first; nothing beyond `reach` pixels.
-std::vector<float> shares_of(const ScatterWidth& width, double pixel, int reach) {
+std::vector<float> fractions_of(const ScatterWidth& width, double pixel, int reach) {
     const auto below = [&](double x, double sigma) {
         return 0.5 * std::erf(x * pixel / (sigma * std::numbers::sqrt2));
     };
     const auto gaussian = [&](int k, double sigma) { return below(k + 0.5, sigma) - below(k - 0.5, sigma); };
-    std::vector<float> shares;
+    std::vector<float> fractions;
     for (int k = 0; k < reach; ++k)
-        shares.push_back(static_cast<float>(width.narrow_share * gaussian(k, width.narrow) +
-                                            (1.0 - width.narrow_share) * gaussian(k, width.wide)));
-    return shares;
+        fractions.push_back(static_cast<float>(width.narrow_fraction * gaussian(k, width.narrow) +
+                                               (1.0 - width.narrow_fraction) * gaussian(k, width.wide)));
+    return fractions;
 }
 
 /// Spreads what is in the field; what leaves it is lost, and nothing comes from outside.
 Field spread(const Field& field, const ScatterSpread& by, double pixel) {
     const int width = field.width, height = field.height;
-    const std::vector<float> x = shares_of(by.across, pixel, width), y = shares_of(by.along, pixel, height);
+    const std::vector<float> x = fractions_of(by.across, pixel, width),
+                             y = fractions_of(by.along, pixel, height);
     // Weights of column i from column k stand at width − 1 + k − i, so that the inner loops have no branch.
     std::vector<float> mirrored(2 * static_cast<std::size_t>(width) - 1);
     for (int k = -(width - 1); k < width; ++k) mirrored[width - 1 + k] = x[std::abs(k)];
@@ -66,10 +67,11 @@ ScatterSpread scatter_spread(double thickness, double gap, double kvp) {
     const double first = 0.64e-3 + (over > 0.0 ? 18.3e-6 : 11e-6) * over;
     const double second = 2.65e-6 + (over > 0.0 ? 0.126e-6 : 0.085e-6) * over;
     const double u = std::clamp((kvp - 90.0) / 20.0, -1.75, 1.0);
-    const double narrow_share = 0.40 + u * (-0.165 + 0.095 * u) - t * (0.0006 + u * (-0.0003 + 0.0002 * u));
+    const double narrow_fraction =
+        0.40 + u * (-0.165 + 0.095 * u) - t * (0.0006 + u * (-0.0003 + 0.0002 * u));
     ScatterSpread result;
     result.per_primary = t * (first + second * t);
-    result.across = {std::clamp(narrow_share, 0.1, 0.9),
+    result.across = {std::clamp(narrow_fraction, 0.1, 0.9),
                      (1.0 + 0.17 * u) * (4.0 + 0.03 * g + 0.035 * t + 8e-5 * g * t),
                      std::hypot((1.0 + 0.1 * u) * (28.0 + 0.21 * t), g * (0.55 + 0.08 * u - 0.0002 * t))};
     result.along = {0.57, std::hypot(18.0 + 0.15 * t, 0.46 * g), std::hypot(50.0 + 0.22 * t, 0.9 * g)};
@@ -90,10 +92,10 @@ Field scatter_field(const Field& primary, const Field& thickness, double kvp, do
         for (std::size_t i = 0; i < own.values.size(); ++i) {
             const double t = thickness.values[i];
             const double place = std::clamp((t - groups.front()) / apart, 0.0, groups.size() - 1.0);
-            const double share = 1.0 - std::abs(place - static_cast<double>(g));
-            if (!(share > 0.0) || !(t > 0.0)) continue;
+            const double fraction = 1.0 - std::abs(place - static_cast<double>(g));
+            if (!(fraction > 0.0) || !(t > 0.0)) continue;
             own.values[i] =
-                static_cast<float>(share * scatter_spread(t, gap, kvp).per_primary) * primary.values[i];
+                static_cast<float>(fraction * scatter_spread(t, gap, kvp).per_primary) * primary.values[i];
             any = true;
         }
         if (!any) continue;
@@ -106,7 +108,7 @@ Field scatter_field(const Field& primary, const Field& thickness, double kvp, do
 
 namespace {
 
-/// Thickness of soft tissue by the share of the beam that it lets through.
+/// Thickness of soft tissue by the fraction of the beam that it lets through.
 class TissueScale {
 public:
     explicit TissueScale(const EnergyBins& bins) {
@@ -118,8 +120,8 @@ public:
         }
     }
     /// Straight lines in the logarithm; from 0 to the end of the scale [mm].
-    double thickness(double share) const {
-        const double wanted = std::log(std::max(share, 1e-12));
+    double thickness(double fraction) const {
+        const double wanted = std::log(std::max(fraction, 1e-12));
         const auto at = std::upper_bound(passed_.begin() + 1, passed_.end() - 1, wanted, std::greater<>());
         const double t = (at[-1] - wanted) / (at[-1] - at[0]);
         return step * (static_cast<double>(at - passed_.begin()) - 1.0 + std::clamp(t, 0.0, 1.0));

@@ -9,7 +9,7 @@ namespace render {
 /// How scatter is spread along one side of the detector: two Gaussians, of what passes between the grid's
 /// strips or is scattered little, and of the rest.
 struct ScatterWidth {
-    double narrow_share = 1.0;        // of the first [-]
+    double narrow_fraction = 1.0;     // of the first [-]
     double narrow = 1.0, wide = 1.0;  // standard deviations on the detector [mm]
 };
 

@@ -18,17 +18,17 @@ namespace {
 
 /// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
 constexpr float least_signal = 1e-3f;
-/// At least this share of the signal is kept as primary, where the estimate of scatter is too high.
+/// At least this fraction of the signal is kept as primary, where the estimate of scatter is too high.
 constexpr float least_primary = 0.12f;
 
-/// Greys around a background, linear for the first share of the way to black and to white.
+/// Greys around a background, linear for the first fraction of the way to black and to white.
 struct Shoulder {
     float background, linear;
     float operator()(float grey) const {
-        const float below = background - grey, way = below > 0.0f ? background : 255.0f - background;
-        const float gone = std::abs(below) / way;  // 1 at black or white
+        const float below = background - grey, room = below > 0.0f ? background : 255.0f - background;
+        const float gone = std::abs(below) / room;  // 1 at black or white
         const float soft = 1.0f - (1.0f - linear) * fast_exp((linear - gone) / (1.0f - linear));
-        const float shown = way * (gone > linear ? soft : gone);
+        const float shown = room * (gone > linear ? soft : gone);
         return background - (below > 0.0f ? shown : -shown);
     }
 };
@@ -161,9 +161,9 @@ void Subtraction::opacify(const Field& signal) {
     if (!has_map()) {
         mean_ = map_ = std::move(opacity);
     } else {
-        const auto share = static_cast<float>(spec_.map_share);
+        const auto fraction = static_cast<float>(spec_.map_fraction);
         for (std::size_t i = 0; i < map_.values.size(); ++i) {
-            mean_.values[i] += share * (opacity.values[i] - mean_.values[i]);
+            mean_.values[i] += fraction * (opacity.values[i] - mean_.values[i]);
             map_.values[i] = std::max(map_.values[i], mean_.values[i]);
         }
     }

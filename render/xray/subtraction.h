@@ -11,16 +11,16 @@
 namespace render {
 
 struct SubtractionSpec {
-    /// Share of the estimated scatter that is removed before the logarithm: left in, it makes vessels behind
-    /// bone pale. Not all, as an estimate above the truth would exaggerate them instead.
+    /// Fraction of the estimated scatter that is removed before the logarithm: left in, it makes vessels
+    /// behind bone pale. Not all, as an estimate above the truth would exaggerate them instead.
     double scatter = 0.95;
     double dsa_gain = 160.0;      // grey levels per e-fold of signal
     double dsa_background = 205;  // grey where nothing has changed
-    /// Share of the way from the background to black or white that is linear; beyond, grey approaches them
+    /// Fraction of the way from the background to black or white that is linear; beyond, grey approaches them
     /// without reaching them, so that dense contrast keeps its shades.
     double linear = 0.5;
     double map_blur = 0.8;        // standard deviation before the peak is taken, against noise [pixels]
-    double map_share = 0.5;       // of the newest pulse in the mean whose peak is taken, against noise [-]
+    double map_fraction = 0.5;    // of the newest pulse in the mean whose peak is taken, against noise [-]
     double roadmap_gain = 230.0;  // of changes since the mask, that is the wire, in grey levels per e-fold
     double roadmap_background = 100;
     double map_brightness = 115;  // added to it by the densest vessels

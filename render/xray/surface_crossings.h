@@ -15,8 +15,8 @@ struct Crossing {
     bool entry;
 };
 
-/// Crossings, ray by ray. Ray (u, v) of `side` squared, v downward, passes through the middle of its share of
-/// the detector.
+/// Crossings, ray by ray. Ray (u, v) of `side` squared, v downward, passes through the middle of its fraction
+/// of the detector.
 struct SurfaceCrossings {
     int side = 0;
     std::vector<std::uint32_t> starts;  // of each ray in `list`, and the end

@@ -9,7 +9,7 @@ namespace render {
 
 double content(const TextureBlob& blob) {
     // Over the unit ball, 4π ∫ ρ² (1 − ρ²)^(3/2) dρ = π²/8.
-    return blob.share * std::numbers::pi * std::numbers::pi / 8.0 * std::pow(blob.radius, 3) *
+    return blob.fraction * std::numbers::pi * std::numbers::pi / 8.0 * std::pow(blob.radius, 3) *
            blob.elongation;
 }
 
@@ -52,7 +52,7 @@ void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Fi
         along_y = seen > 1e-6f ? along_y / seen : 0.0f;
         const float aa = a * a + of_pixel, bb = b * b + of_pixel;
         const float peak =
-            blob.share * half_chord * (0.375f * std::numbers::pi_v<float>)*(a * b) / std::sqrt(aa * bb);
+            blob.fraction * half_chord * (0.375f * std::numbers::pi_v<float>)*(a * b) / std::sqrt(aa * bb);
         // d² = xx·u² + 2·xy·u·v + yy·v², with u and v from the middle [px].
         const float xx = along_x * along_x / aa + along_y * along_y / bb,
                     yy = along_y * along_y / aa + along_x * along_x / bb,

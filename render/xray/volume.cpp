@@ -44,7 +44,7 @@ std::vector<std::string> problems(const DensityVolume& volume) {
     for (const VolumePart& part : volume.parts) {
         bool fine = !part.knots.empty();
         for (std::size_t i = 0; i < part.knots.size(); ++i) {
-            fine = fine && std::isfinite(part.knots[i].sample) && std::isfinite(part.knots[i].share) &&
+            fine = fine && std::isfinite(part.knots[i].sample) && std::isfinite(part.knots[i].fraction) &&
                    (i == 0 || part.knots[i].sample > part.knots[i - 1].sample);
         }
         if (!fine)
@@ -57,17 +57,17 @@ std::vector<std::string> problems(const DensityVolume& volume) {
 namespace {
 
 constexpr int lanes = 4;  // parts that are integrated at once
-using Shares = float __attribute__((vector_size(lanes * sizeof(float))));
+using Fractions = float __attribute__((vector_size(lanes * sizeof(float))));
 
-double share_at(const VolumePart& part, double sample) {
+double fraction_at(const VolumePart& part, double sample) {
     const auto& knots = part.knots;
-    if (sample <= knots.front().sample) return knots.front().share;
+    if (sample <= knots.front().sample) return knots.front().fraction;
     for (std::size_t i = 1; i < knots.size(); ++i) {
         if (sample > knots[i].sample) continue;
         const double t = (sample - knots[i - 1].sample) / (knots[i].sample - knots[i - 1].sample);
-        return knots[i - 1].share + t * (knots[i].share - knots[i - 1].share);
+        return knots[i - 1].fraction + t * (knots[i].fraction - knots[i - 1].fraction);
     }
-    return knots.back().share;
+    return knots.back().fraction;
 }
 
 /// Indices of samples, the last exclusive.
@@ -84,7 +84,7 @@ struct LayerRay {
     IndexRange layers;  // between source and detector
 };
 
-LayerRay layer_ray(const Vec3& source, const Vec3& along, double way) {
+LayerRay layer_ray(const Vec3& source, const Vec3& along, double distance) {
     LayerRay ray;
     along.cwiseAbs().maxCoeff(&ray.axis);
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
@@ -93,7 +93,7 @@ LayerRay layer_ray(const Vec3& source, const Vec3& along, double way) {
     ray.dv = along[c] * per_layer;
     ray.u0 = source[b] - source[ray.axis] * ray.du;
     ray.v0 = source[c] - source[ray.axis] * ray.dv;
-    ray.length = way * std::abs(per_layer);
+    ray.length = distance * std::abs(per_layer);
     const double from = source[ray.axis], to = from + along[ray.axis];
     constexpr double far = 1 << 20;  // beyond any grid
     ray.layers.first = static_cast<int>(std::ceil(std::clamp(std::min(from, to), -far, far)));
@@ -120,14 +120,14 @@ struct VolumeRayCaster::State {
     DensityVolume volume;
     int threads = 1;
     Mat3 to_index = Mat3::Identity();
-    int lowest = 0;                           // of the samples
-    std::vector<std::vector<Shares>> tables;  // of each four parts, by sample − lowest
-    std::array<IndexRange, 3> occupied;       // the box around all samples with any share
+    int lowest = 0;                              // of the samples
+    std::vector<std::vector<Fractions>> tables;  // of each four parts, by sample − lowest
+    std::array<IndexRange, 3> occupied;          // the box around all samples with any fraction
     std::array<std::ptrdiff_t, 3> strides{};
 
     void find_occupied();
-    Shares integral(const std::vector<Shares>&, const LayerRay&) const;
-    Shares near_edge(const std::vector<Shares>&, const LayerRay&, IndexRange) const;
+    Fractions integral(const std::vector<Fractions>&, const LayerRay&) const;
+    Fractions near_edge(const std::vector<Fractions>&, const LayerRay&, IndexRange) const;
     std::vector<Field> cast(const CArm&) const;
 };
 
@@ -145,12 +145,13 @@ VolumeRayCaster::VolumeRayCaster(DensityVolume volume, int threads) {
     const auto [low, high] = std::minmax_element(own.samples.begin(), own.samples.end());
     state->lowest = *low;
     for (std::size_t first = 0; first < own.parts.size(); first += lanes) {
-        std::vector<Shares>& table = state->tables.emplace_back(static_cast<std::size_t>(*high - *low) + 1);
+        std::vector<Fractions>& table =
+            state->tables.emplace_back(static_cast<std::size_t>(*high - *low) + 1);
         for (std::size_t s = 0; s < table.size(); ++s) {
-            table[s] = Shares{};
+            table[s] = Fractions{};
             for (std::size_t p = first; p < std::min(own.parts.size(), first + lanes); ++p)
                 table[s][p - first] =
-                    static_cast<float>(share_at(own.parts[p], static_cast<double>(s) + *low));
+                    static_cast<float>(fraction_at(own.parts[p], static_cast<double>(s) + *low));
         }
     }
     state->find_occupied();
@@ -163,7 +164,7 @@ const std::vector<VolumePart>& VolumeRayCaster::parts() const {
 
 void VolumeRayCaster::State::find_occupied() {
     std::vector<char> counts(tables.front().size(), 0);
-    for (const std::vector<Shares>& table : tables)
+    for (const std::vector<Fractions>& table : tables)
         for (std::size_t s = 0; s < table.size(); ++s)
             for (int lane = 0; lane < lanes; ++lane) counts[s] |= table[s][lane] != 0.0f;
     const VolumeGrid& grid = volume.grid;
@@ -200,11 +201,11 @@ void VolumeRayCaster::State::find_occupied() {
 }
 
 /// The layers at which some of the four samples lie outside the box; those count as 0.
-Shares VolumeRayCaster::State::near_edge(const std::vector<Shares>& table, const LayerRay& ray,
-                                         IndexRange layers) const {
+Fractions VolumeRayCaster::State::near_edge(const std::vector<Fractions>& table, const LayerRay& ray,
+                                            IndexRange layers) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
-    Shares sum{};
+    Fractions sum{};
     for (int n = layers.first; n < layers.end; ++n) {
         const double u = ray.u0 + n * ray.du, v = ray.v0 + n * ray.dv;
         const int iu = static_cast<int>(std::floor(u)), iv = static_cast<int>(std::floor(v));
@@ -221,12 +222,12 @@ Shares VolumeRayCaster::State::near_edge(const std::vector<Shares>& table, const
     return sum;
 }
 
-Shares VolumeRayCaster::State::integral(const std::vector<Shares>& table, const LayerRay& ray) const {
+Fractions VolumeRayCaster::State::integral(const std::vector<Fractions>& table, const LayerRay& ray) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
     IndexRange all = {std::max(ray.layers.first, occupied[ray.axis].first),
                       std::min(ray.layers.end, occupied[ray.axis].end)};
-    if (all.first >= all.end) return Shares{};
+    if (all.first >= all.end) return Fractions{};
     narrow(all, ray.u0, ray.du, across.first - 1, across.end);
     narrow(all, ray.v0, ray.dv, along.first - 1, along.end);
     // The layers at which all four samples lie in the box.
@@ -241,18 +242,18 @@ Shares VolumeRayCaster::State::integral(const std::vector<Shares>& table, const 
     while (within.first < within.end && !inside(within.end - 1)) --within.end;
     if (within.first >= within.end) within = {all.end, all.end};
 
-    Shares sum = near_edge(table, ray, {all.first, within.first});
+    Fractions sum = near_edge(table, ray, {all.first, within.first});
     const std::ptrdiff_t sb = strides[b], sc = strides[c], sa = strides[ray.axis];
     const std::int16_t* layer = volume.samples.data() + within.first * sa;
-    const Shares* shares = table.data();
+    const Fractions* fractions = table.data();
     for (int n = within.first; n < within.end; ++n, layer += sa) {
         const double u = ray.u0 + n * ray.du, v = ray.v0 + n * ray.dv;
         const int iu = static_cast<int>(u), iv = static_cast<int>(v);
         const auto fu = static_cast<float>(u - iu), fv = static_cast<float>(v - iv);
         const std::int16_t* at = layer + iu * sb + iv * sc;
         const float both = fu * fv, only_u = fu - both, only_v = fv - both;
-        sum += (1.0f - fu - only_v) * shares[at[0] - lowest] + only_u * shares[at[sb] - lowest] +
-               only_v * shares[at[sc] - lowest] + both * shares[at[sb + sc] - lowest];
+        sum += (1.0f - fu - only_v) * fractions[at[0] - lowest] + only_u * fractions[at[sb] - lowest] +
+               only_v * fractions[at[sc] - lowest] + both * fractions[at[sb + sc] - lowest];
     }
     return sum + near_edge(table, ray, {std::max(within.end, within.first), all.end});
 }
@@ -269,12 +270,12 @@ std::vector<Field> VolumeRayCaster::State::cast(const CArm& arm) const {
         pixels, threads,
         [&](int j) {
             for (int i = 0; i < pixels; ++i) {
-                const Vec3 way = arm.sid * axes.beam + (i + 0.5 - 0.5 * pixels) * step * axes.right -
-                                 (j + 0.5 - 0.5 * pixels) * step * axes.up;
-                const LayerRay ray = layer_ray(start, to_index * way, way.norm());
+                const Vec3 ray_vector = arm.sid * axes.beam + (i + 0.5 - 0.5 * pixels) * step * axes.right -
+                                        (j + 0.5 - 0.5 * pixels) * step * axes.up;
+                const LayerRay ray = layer_ray(start, to_index * ray_vector, ray_vector.norm());
                 const std::size_t pixel = static_cast<std::size_t>(j) * pixels + i;
                 for (std::size_t t = 0; t < tables.size(); ++t) {
-                    const Shares sum = integral(tables[t], ray) * static_cast<float>(ray.length);
+                    const Fractions sum = integral(tables[t], ray) * static_cast<float>(ray.length);
                     for (std::size_t p = t * lanes; p < std::min(lengths.size(), (t + 1) * lanes); ++p)
                         lengths[p].values[pixel] = sum[p - t * lanes];
                 }

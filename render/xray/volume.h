@@ -39,19 +39,19 @@ struct VolumeGrid {
     bool operator==(const VolumeGrid&) const = default;
 };
 
-/// What a sample says of one material: the share of the place that `material` takes in place of `inside` [-].
-/// It may be negative or above 1. Shares are linear between the knots and constant outside them.
+/// What a sample says of one material: the fraction of the place that `material` takes in place of `inside`
+/// [-]. It may be negative or above 1. Shares are linear between the knots and constant outside them.
 struct VolumePart {
     struct Knot {
-        double sample, share;
+        double sample, fraction;
     };
     Material material = Material::SoftTissue;
     Material inside = Material::Air;
     std::vector<Knot> knots;  // samples ascend
 };
 
-/// A sample is a number (a CT's HU, or any code) that `parts` turns into shares of materials. Between samples
-/// the shares are linear; beyond the outermost samples they fall to 0 within one step.
+/// A sample is a number (a CT's HU, or any code) that `parts` turns into fractions of materials. Between
+/// samples the fractions are linear; beyond the outermost samples they fall to 0 within one step.
 struct DensityVolume {
     std::string name;
     VolumeGrid grid;
@@ -73,7 +73,7 @@ public:
 
     const std::vector<VolumePart>& parts() const;
 
-    /// For each part the integral of its share along the ray from the source to each pixel's centre [mm],
+    /// For each part the integral of its fraction along the ray from the source to each pixel's centre [mm],
     /// arm.pixels squared. Where pixels lie closer than the smallest step, rays are cast that far apart (at
     /// the volume's far side) and the lengths interpolated by cubic B-splines: in a CT's images the
     /// difference is a tenth of what its voxels blur.

@@ -266,7 +266,7 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Wire
             }
             float sum = 0.0f;
             for (float& d : depth) d = fast_exp(d);
-            for (const float share : depth) sum += share;
+            for (const float fraction : depth) sum += fraction;
             pixel.transmission[k] = sum / per_pixel;
         }
         result_.push_back(pixel);

@@ -19,7 +19,7 @@ struct WireLook {
     Material body = Material::Steel;       // of the shaft
     Material marker = Material::Platinum;  // of the distal coil
     double marker_length = 30.0;           // from the tip along the wire, 0 = none [mm]
-    /// Share of the cross-section that is metal: coils and coatings are not solid. [-]
+    /// Fraction of the cross-section that is metal: coils and coatings are not solid. [-]
     double body_fill = 1.0;
     double marker_fill = 0.35;
     double inner_diameter = 0;  // of the lumen, which holds what the device displaces; 0 = solid [mm]

@@ -14,7 +14,7 @@ struct Technique {
     double pulse_width = 0.0;   // [ms]
     double air_kerma = 0.0;     // K_a,r: at the reference point, without backscatter [mGy]
     double area_product = 0.0;  // P_KA [Gy·cm²]
-    double delivered = 1.0;     // share of the requested detector dose; below 1 the tube is at its limit [-]
+    double delivered = 1.0;  // fraction of the requested detector dose; below 1 the tube is at its limit [-]
 
     void state(geometry::StateStream& s) { s(kvp, current, pulse_width, air_kerma, area_product, delivered); }
 };

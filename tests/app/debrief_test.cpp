@@ -309,7 +309,7 @@ TEST_F(BatchCommand, AShardOfAnotherListThatWasEndedIsNotMerged) {
         test::expect_said(rows, "\n3,straight,c.gw");
         EXPECT_EQ(rows.find("\n1,straight,a.gw"), std::string::npos) << rows;
     }
-    // A whole batch of another list in the home of a share leaves none.
+    // A whole batch of another list in the home of a fraction leaves none.
     const EndlessBatch batch;
     const TemporaryFolder& home = batch.folder;
     for (const char* shard : {"1/2", "2/2"})

@@ -51,8 +51,8 @@ int push_wires(int wanted, long long first) {
                        c.times[static_cast<std::size_t>(i.at)]);
     }
     std::sort(sum.times.begin(), sum.times.end());
-    const auto time = [&](double share) {
-        return sum.times[static_cast<std::size_t>(share * static_cast<double>(sum.times.size() - 1))];
+    const auto time = [&](double fraction) {
+        return sum.times[static_cast<std::size_t>(fraction * static_cast<double>(sum.times.size() - 1))];
     };
     fmt::print(
         "{} pushes, seeds {} to {}: {} not at rest, {} with |g|/C above {:g}, {} at rest but not shown to be "

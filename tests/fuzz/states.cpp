@@ -429,16 +429,17 @@ HandOutcome play_hand(exercise::Simulation simulation, std::uint64_t seed) {
     const int turned = static_cast<int>(dice.draw(0, 40));
     const bool turns_first = dice.one_in(2);
     const int pushes = std::min(200, static_cast<int>(dice.draw(20, 300) / (2 * in)));
-    constexpr std::array each = {script::Held::Wire, script::Held::Catheter, script::Held::All};
-    const script::Held held = simulation.devices().size() > 1
-                                  ? each[static_cast<std::size_t>(dice.draw(0, 3))]
-                                  : script::Held::Wire;
+    constexpr std::array each = {script::DeviceRole::Wire, script::DeviceRole::Catheter,
+                                 script::DeviceRole::All};
+    const script::DeviceRole held = simulation.devices().size() > 1
+                                        ? each[static_cast<std::size_t>(dice.draw(0, 3))]
+                                        : script::DeviceRole::Wire;
 
     HandOutcome outcome;
     int settling = 0;
     bool all_out = false;
     const auto inside = [&] {
-        return simulation.inserted(held == script::Held::Catheter ? held : script::Held::Wire);
+        return simulation.inserted(held == script::DeviceRole::Catheter ? held : script::DeviceRole::Wire);
     };
     const auto step = [&] {
         const exercise::StepReport report = simulation.step();

@@ -158,8 +158,8 @@ private:
                 break;
             case 3:
                 for (int i = 1; i <= n; ++i) {
-                    const double share = unit();
-                    u[i] = (u[i] + share * direction()).normalized();
+                    const double fraction = unit();
+                    u[i] = (u[i] + fraction * direction()).normalized();
                 }
                 break;
             case 4:  // kinks of 180°

@@ -27,7 +27,7 @@ namespace {
 constexpr int rolls = 5, enough = 1'000'000'000, rounds_of_mending = 4;
 constexpr double fixed_stiffness = 20;  // N/mm
 constexpr double from_the_end = 4;      // of the tip at the start [mm]
-constexpr double longest_way = 60;      // in and out [mm]
+constexpr double longest_arc = 60;      // in and out [mm]
 
 /// From the start of the root to the end of a branch, and how far along it the branch leaves its parent.
 struct Way {
@@ -149,7 +149,7 @@ void travel(std::string_view preset, Journal& tally) {
             device.inserted = std::max(least, way.length - from_the_end);
             const double out = std::min(
                 {device.inserted - way.mouth + 3 * way.parent_radius + physics::shaped_length(device.spec),
-                 longest_way, device.inserted - least});
+                 longest_arc, device.inserted - least});
             for (int k = 0; k < rolls; ++k) {
                 device.roll = 2 * M_PI * k / rolls;
                 Chain wire = physics::chain_along({device}, grid, way.points);

@@ -12,7 +12,7 @@
 #include <tuple>
 #include <vector>
 
-#include "engine/anatomy/vessel_ways.h"
+#include "engine/anatomy/vessel_paths.h"
 #include "engine/exercise/exercise.h"
 #include "engine/script/command.h"
 
@@ -22,8 +22,8 @@ constexpr double frame_push = 1.5, frame_turn = 15;  // of one frame [mm], [degr
 constexpr double push = 6;                           // of one step [mm]
 constexpr int most_steps = 1500;                     // that are tried in all
 constexpr int longest_wait = 45;                     // for a device that lags behind [frames]
-/// A step that brings the tip nearer by this share of the push needs no other tried beside it for now.
-constexpr double good_share = 0.6;
+/// A step that brings the tip nearer by this fraction of the push needs no other tried beside it for now.
+constexpr double good_fraction = 0.6;
 /// What a node loses each time that it was gone on from [mm].
 constexpr double penalty = 6;
 
@@ -97,7 +97,7 @@ private:
             const NodePtr next = tried(now.node, {0, push});
             if (next && next->reached) return next;
             if (next) open(next, 0);
-            const bool good = next && next->left < now.node->left - good_share * push;
+            const bool good = next && next->left < now.node->left - good_fraction * push;
             open(now.node, good ? 3 : 1);
             return nullptr;
         }
@@ -171,7 +171,7 @@ private:
     }
 
     exercise::Exercise exercise_;
-    script::Held held_;
+    script::DeviceRole held_;
     std::priority_queue<Open> open_;
     std::set<std::tuple<int, int, int, int, int>> known_;
     int number_ = 0, tried_ = 0;

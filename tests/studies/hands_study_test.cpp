@@ -127,11 +127,11 @@ TEST(HandsStudy, WayBackIsTheFarthestThatTheTipWentBackAlongItself) {
     const Vec3 x = Vec3::UnitX();
     const std::vector<HandSample> samples =
         samples_of({0 * x, 5 * x, 4 * x, 8 * x, 1 * x, 3 * x, 0.5 * x}, x);
-    const WayBack back = way_back(samples, 0, 0);
+    const Recoil back = recoil(samples, 0, 0);
     EXPECT_NEAR(back.length, 7.5, 1e-12);
     EXPECT_EQ(back.from, 3u);
     EXPECT_EQ(back.to, 6u);
-    EXPECT_NEAR(way_back(samples, 0, 5).length, 2.5, 1e-12);
+    EXPECT_NEAR(recoil(samples, 0, 5).length, 2.5, 1e-12);
 }
 
 TEST(HandsStudy, ALoopIsAsWideAsItsLimbsAreApart) {
@@ -151,12 +151,12 @@ TEST(HandsStudy, AHandIsNoFasterThanAPhysicians) {
     const double dt = 1 / simulation.scenario().frame_rate;
     double fastest = 0, turned = 0;
     for (int frame = 0; frame < 150; ++frame) {
-        const double before = simulation.inserted(), angle = simulation.hand(script::Held::Wire).turned;
+        const double before = simulation.inserted(), angle = simulation.hand(script::DeviceRole::Wire).turned;
         hand.act(simulation);
         const exercise::StepReport report = simulation.step();
         ASSERT_EQ(report.waiting_insertion, 0);
         fastest = std::max(fastest, std::abs(simulation.inserted() - before) / dt);
-        turned = std::max(turned, std::abs(simulation.hand(script::Held::Wire).turned - angle) / dt);
+        turned = std::max(turned, std::abs(simulation.hand(script::DeviceRole::Wire).turned - angle) / dt);
     }
     EXPECT_LE(fastest, SlowHand::fastest_feed);
     EXPECT_LE(turned, SlowHand::fastest_turn);

@@ -46,7 +46,7 @@ TEST(StateFuzz, HandsThatOnceGotStuckGoOnWithinEveryFramesBudget) {
                 << found.scenario << ", frame " << frame;
             settling = report.settling ? settling + 1 : 0;
             longest = std::max(longest, settling);
-            fed = simulation.inserted() + simulation.hand(script::Held::Wire).bow;
+            fed = simulation.inserted() + simulation.hand(script::DeviceRole::Wire).bow;
             deepest = std::max(deepest, fed);
             const auto& hands = simulation.readings().hands;
             for (std::size_t k = 0; k < hands.size(); ++k)

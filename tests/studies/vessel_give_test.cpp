@@ -33,7 +33,7 @@ struct Scene {
           opening(simulation.anatomy().ends[*anatomy::find_end(simulation.anatomy(), s.entry.end)].opening),
           gives(reach, scenario::tissues_of(s, simulation.anatomy()), opening),
           hub(s.relaxer, simulation.wall()) {
-        std::tie(before, ways) = reach->ways_from(opening);
+        std::tie(before, ways) = reach->paths_from(opening);
     }
 
     /// All devices along the vessels to a station, the outer ones `behind` the wire; none where they do not
@@ -48,7 +48,7 @@ struct Scene {
         std::reverse(path.begin(), path.end());
         std::vector<scenario::PlacedDevice> placed = s.devices;
         for (scenario::PlacedDevice& p : placed)
-            p.inserted = ways[station] - 0.5 - (p.role == script::Held::Wire ? 0 : behind);
+            p.inserted = ways[station] - 0.5 - (p.role == script::DeviceRole::Wire ? 0 : behind);
         return exercise::chain_of(s, placed, path, nullptr);
     }
 

@@ -51,11 +51,12 @@ TEST_P(WildDevices, EndEveryFrameAtRestInsideTheVessel) {
     std::mt19937 random(seed);
     const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
     int settling = 0, restless = 0, refused = 0, outside = 0, late = 0, stretch = 0, longest = 0;
-    script::Held held = script::Held::Wire;
+    script::DeviceRole held = script::DeviceRole::Wire;
     double drive = 0;
     for (int frame = 0; frame < frames; ++frame) {
         if (random() % 12 == 0 && c.catheter)
-            held = std::array{script::Held::Wire, script::Held::Catheter, script::Held::All}[random() % 3];
+            held = std::array{script::DeviceRole::Wire, script::DeviceRole::Catheter,
+                              script::DeviceRole::All}[random() % 3];
         if (random() % 15 == 0) drive = 8 * unit() - 3;
         std::vector<script::Command> commands;
         if (drive > 0)

@@ -14,9 +14,9 @@ int frames_of_both(const script::CommandScript& script) {
     std::map<int, int> found;
     for (const script::TimedCommand& timed : script.commands) {
         if (const auto* in = std::get_if<script::Advance>(&timed.command))
-            found[timed.frame] |= in->held == script::Held::Wire ? 1 : 0;
+            found[timed.frame] |= in->held == script::DeviceRole::Wire ? 1 : 0;
         if (const auto* out = std::get_if<script::Withdraw>(&timed.command))
-            found[timed.frame] |= out->held == script::Held::Catheter ? 2 : 0;
+            found[timed.frame] |= out->held == script::DeviceRole::Catheter ? 2 : 0;
     }
     return static_cast<int>(
         std::ranges::count_if(found, [](const auto& frame) { return frame.second == 3; }));

@@ -131,7 +131,7 @@ BranchSpec dissect(SampledBranch& branch, const Dissection& dissection) {
     const std::vector<double> whole = branch.radii;
     for (int i = first; i <= last; ++i) {
         const double apart = smooth_step(std::min((i - first) * step, (last - i) * step) / ramp);
-        const double of_true = dissection.true_share * both(i);
+        const double of_true = dissection.true_fraction * both(i);
         branch.points[i] = centre[i] + apart * (whole[i] - of_true) * towards_true[i];
         branch.radii[i] = whole[i] + apart * (of_true - whole[i]);
     }
@@ -140,7 +140,7 @@ BranchSpec dissect(SampledBranch& branch, const Dissection& dissection) {
     for (int k = 0; k <= knots; ++k) {
         const int i = first + static_cast<int>(std::lround(static_cast<double>(last - first) * k / knots));
         const double apart = smooth_step(std::min((i - first) * step, (last - i) * step) / ramp);
-        const double of_false = (1 - dissection.true_share) * (whole[i] - dissection.flap / 2);
+        const double of_false = (1 - dissection.true_fraction) * (whole[i] - dissection.flap / 2);
         const Vec3 place = centre[i] - apart * (whole[i] - of_false) * towards_true[i];
         spec.knots.push_back({place - origin, 0.95 * of_false});
     }

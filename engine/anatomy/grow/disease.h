@@ -54,10 +54,10 @@ struct Occlusion {
 /// back to it. Both are round. No branch may leave in between.
 struct Dissection {
     std::string branch;
-    double at = 0, length = 0;  // of the entry tear, and of the flap [mm]
-    double true_share = 0.4;    // of the true lumen's diameter in the sum of both
-    double flap = 2.5;          // its thickness [mm]
-    double angle = 0;           // of the true lumen's side, from the branch's most convex side [rad]
+    double at = 0, length = 0;   // of the entry tear, and of the flap [mm]
+    double true_fraction = 0.4;  // of the true lumen's diameter in the sum of both
+    double flap = 2.5;           // its thickness [mm]
+    double angle = 0;            // of the true lumen's side, from the branch's most convex side [rad]
 };
 
 void narrow(SampledBranch&, const Stenosis&);

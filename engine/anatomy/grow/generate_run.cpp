@@ -92,7 +92,7 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
     for (const Occlusion& o : spec.occlusions)
         modified.push_back(fmt::format("occlusion {}:{}", o.branch, o.at));
     for (const Dissection& d : spec.dissections)
-        modified.push_back(fmt::format("dissection {}:{}:{}:{}", d.branch, d.at, d.length, d.true_share));
+        modified.push_back(fmt::format("dissection {}:{}:{}:{}", d.branch, d.at, d.length, d.true_fraction));
     if (!modified.empty()) made.emplace_back("modified", io::joined(modified));
     made.emplace_back("shape", fingerprint(spec));
     made.emplace_back("licence", "project");

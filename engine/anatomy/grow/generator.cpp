@@ -204,7 +204,7 @@ public:
 
     double largest_wanted() const { return *std::max_element(wanted_.begin(), wanted_.end()); }
 
-    /// Merges edges shorter than both their share of the target length and `most`.
+    /// Merges edges shorter than both their fraction of the target length and `most`.
     void merge(double most) {
         for (int e = 0; e < mesh_.half_edges(); ++e) {
             if (!mesh_.alive(e)) continue;
@@ -433,15 +433,15 @@ private:
             }
         }
         std::vector<std::pair<double, int>> order;
-        for (const auto& [corner, share] : part)
-            if (share < snapped_part) order.emplace_back(share, corner);
+        for (const auto& [corner, fraction] : part)
+            if (fraction < snapped_part) order.emplace_back(fraction, corner);
         std::sort(order.begin(), order.end());
         std::map<int, std::vector<int>> triangles_of;
         for (int i = 0; i < static_cast<int>(mesh_.triangles.size()); ++i) {
             for (const int corner : mesh_.triangles[i])
                 if (part.contains(corner)) triangles_of[corner].push_back(i);
         }
-        for (const auto& [share, corner] : order) {
+        for (const auto& [fraction, corner] : order) {
             // Three corners in the plane would leave a triangle that closes the end.
             const bool flat =
                 std::any_of(triangles_of[corner].begin(), triangles_of[corner].end(), [&, c = corner](int i) {
@@ -535,7 +535,7 @@ TriangleMesh cut_open(const TriangleMesh& mesh, const ImplicitLumen& lumen, std:
     return open;
 }
 
-/// Share of the work that is done after each step, as measured.
+/// Fraction of the work that is done after each step, as measured.
 constexpr double sampled_part = 0.3, remeshed_part = 0.95;
 
 VesselEnd end_of(const SampledBranch& branch, bool start) {

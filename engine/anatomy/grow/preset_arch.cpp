@@ -366,13 +366,14 @@ VesselTreeSpec arch_with_coronary(Variation& v) {
                             [&](const BranchSpec& branch) { return branch.name == target.branch; });
     });
     std::vector<VesselKnot>& stem = heart.branches[0].knots;
-    const Vec3 way = (stem[1].place - stem[0].place).normalized();
+    const Vec3 direction = (stem[1].place - stem[0].place).normalized();
     const double wall = spec.branches[0].knots[1].radius;
     double lengthened = wall;
     if (!v.is_mean())
-        while (lengthened < wall + 12 && !passes(stem, lengthened * way - stem[0].place, spec.branches[0]))
+        while (lengthened < wall + 12 &&
+               !passes(stem, lengthened * direction - stem[0].place, spec.branches[0]))
             lengthened += 0.5;
-    const Vec3 shift = lengthened * way - stem[0].place;
+    const Vec3 shift = lengthened * direction - stem[0].place;
     for (VesselKnot& knot : stem) knot.place += shift;
     stem.insert(stem.begin(), {Vec3::Zero(), stem[0].radius});
     for (BranchPart& part : heart.branches[0].parts)

@@ -69,7 +69,7 @@ public:
         }
         const auto part = [&progress](double from, double to) -> std::function<void(double)> {
             if (!progress) return {};
-            return [&progress, from, to](double share) { progress(from + share * (to - from)); };
+            return [&progress, from, to](double fraction) { progress(from + fraction * (to - from)); };
         };
         geometry::parallel_for(
             values_.size(), threads, [&](std::size_t b) { find_sides(static_cast<int>(b)); }, part(0, 0.5));
@@ -193,8 +193,8 @@ private:
         const int block = neighbour(b, shift(x), shift(y), shift(z));
         if (block >= 0) make_exact(block, in_block((x + n) % n, (y + n) % n, (z + n) % n));
     }
-    void make_exact_beside(int b, int x, int y, int z, int axis, int way) {
-        make_exact_at(b, x + (axis == 0 ? way : 0), y + (axis == 1 ? way : 0), z + (axis == 2 ? way : 0));
+    void make_exact_beside(int b, int x, int y, int z, int axis, int side) {
+        make_exact_at(b, x + (axis == 0 ? side : 0), y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
     }
     /// Loads the block's nodes and the first ones of its neighbours.
     void load(int b) {
@@ -233,7 +233,7 @@ private:
         const int block = neighbour(b, i / n, j / n, k / n);
         // The surface crosses it from now on.
         for (int axis = 0; axis < 3; ++axis)
-            for (const int way : {-1, 1}) make_exact_beside(block, i % n, j % n, k % n, axis, way);
+            for (const int side : {-1, 1}) make_exact_beside(block, i % n, j % n, k % n, axis, side);
         values_[block][in_block(i % n, j % n, k % n)] = -1e-3f * static_cast<float>(lumen_.cell());
         for (int at = 0; at < 27; ++at) {
             if (neighbours_[at][block] >= 0) stale[neighbours_[at][block]] = true;

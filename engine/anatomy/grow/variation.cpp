@@ -10,7 +10,7 @@ namespace anatomy {
 namespace {
 
 constexpr std::uint64_t attempts_of_shape = 6;  // before dimensions are drawn anew
-constexpr double pair_share = 0.5;              // of the variance that both sides have in common
+constexpr double pair_fraction = 0.5;           // of the variance that both sides have in common
 constexpr double displacement = 0.3;            // of inner knots, in radii
 constexpr double bends_yearly = 0.015, fewest_bends = 0.5, most_bends = 1.5;
 constexpr double tilted_part = 0.5;    // of a branch, in which its tilt fades
@@ -51,7 +51,7 @@ void narrow_mouth(Knots from_mouth, std::size_t count, double room) {
 
 void smooth_bends(std::vector<VesselKnot>& knots) {
     constexpr int most_rounds = 40;
-    constexpr double share = 0.12;  // of the way to the middle of the neighbours
+    constexpr double fraction = 0.12;  // of the way to the middle of the neighbours
     std::vector<VesselKnot> moved = knots;
     double gentlest = 0;
     for (int round = 0; round < most_rounds && knots.size() > 2; ++round) {
@@ -62,7 +62,8 @@ void smooth_bends(std::vector<VesselKnot>& knots) {
         const std::size_t first = std::max<std::size_t>(1, bend.knot - 1),
                           last = std::min(moved.size() - 2, bend.knot + 1);
         for (std::size_t i = first; i <= last; ++i)
-            moved[i].place += share * (0.5 * (before[i - 1].place + before[i + 1].place) - before[i].place);
+            moved[i].place +=
+                fraction * (0.5 * (before[i - 1].place + before[i + 1].place) - before[i].place);
     }
 }
 
@@ -79,7 +80,8 @@ double Variation::normal(const std::string& quantity, bool shape) const {
 double Variation::paired(const std::string& quantity) const {
     const std::string both = both_sides(quantity);
     if (both == quantity) return normal(quantity);
-    return std::sqrt(pair_share) * normal("both " + both) + std::sqrt(1 - pair_share) * normal(quantity);
+    return std::sqrt(pair_fraction) * normal("both " + both) +
+           std::sqrt(1 - pair_fraction) * normal(quantity);
 }
 
 double Variation::figure(const std::string& quantity, double mean, double deviation) const {
@@ -110,7 +112,7 @@ double Variation::length(const std::string& vessel, double relative_deviation, d
 std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches, const Origin& origin,
                                           const std::string& name) const {
     const std::vector<VesselKnot> mean = knots_of(stretches);
-    double whole = 0, way = 0;
+    double whole = 0, passed = 0;
     for (std::size_t i = 1; i < mean.size(); ++i) whole += (mean[i].place - mean[i - 1].place).norm();
     const Vec3 ahead = (mean[1].place - mean[0].place).normalized(), side = ahead.unitOrthogonal();
     const Vec3 tilt = origin.tilt * (normal(name + " tilt", true) * side +
@@ -133,8 +135,8 @@ std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches,
                 continue;
             }
             const Vec3 step = knot.place - mean[i - 1].place;
-            way += step.norm();
-            const double t = std::max(0.0, 1 - (way - 0.5 * step.norm()) / (tilted_part * whole));
+            passed += step.norm();
+            const double t = std::max(0.0, 1 - (passed - 0.5 * step.norm()) / (tilted_part * whole));
             const Vec3 turn = t * t * (3 - 2 * t) * tilt;
             const double angle = turn.norm();
             const Vec3 turned = angle > 0 ? Vec3(Eigen::AngleAxisd(angle, turn / angle) * step) : step;

@@ -109,7 +109,7 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
     read_placed(top, "occlusion", spec.occlusions, [](io::Section&, Occlusion&) {});
     read_placed(top, "dissection", spec.dissections, [](io::Section& section, Dissection& dissection) {
         section.number("length_mm", dissection.length, {10, 600});
-        section.number("true_share", dissection.true_share, {0.2, 0.8});
+        section.number("true_share", dissection.true_fraction, {0.2, 0.8});
         section.number("flap_mm", dissection.flap, {0.5, 6});
         read_angle(section, dissection.angle);
     });

@@ -83,7 +83,7 @@ void walk_spline(const std::vector<VesselKnot>& knots, double spacing, const Vis
 void resample(SampledBranch& branch, double spacing) {
     const Polyline dense = std::move(branch.points);
     const std::vector<double> radii = std::move(branch.radii);
-    const std::vector<double> arc = geometry::ways_along(dense);
+    const std::vector<double> arc = geometry::arc_lengths(dense);
     const int steps = std::max(4, static_cast<int>(std::lround(arc.back() / spacing)));
     branch.points.clear();
     branch.radii.clear();
@@ -131,11 +131,11 @@ void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing, d
             straight[i] +
             tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
     }
-    const std::vector<double> ways = geometry::ways_along(branch.points);
+    const std::vector<double> arcs = geometry::arc_lengths(branch.points);
     for (double& start : branch.part_starts) {
         const double at = start / step;
-        const auto i = std::min(static_cast<std::size_t>(at), ways.size() - 2);
-        start = ways[i] + (at - static_cast<double>(i)) * (ways[i + 1] - ways[i]);
+        const auto i = std::min(static_cast<std::size_t>(at), arcs.size() - 2);
+        start = arcs[i] + (at - static_cast<double>(i)) * (arcs[i + 1] - arcs[i]);
     }
     resample(branch, spacing);
 }
@@ -328,11 +328,11 @@ void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
 std::vector<double> knot_arcs(const std::vector<VesselKnot>& knots) {
     std::vector<double> arcs(knots.size(), 0.0);
     Vec3 before = knots.empty() ? Vec3(Vec3::Zero()) : knots[0].place;
-    double way = 0;
+    double passed = 0;
     walk_spline(knots, 5, [&](const VesselKnot& knot, int span) {
-        way += (knot.place - before).norm();
+        passed += (knot.place - before).norm();
         before = knot.place;
-        arcs[static_cast<std::size_t>(span) + 1] = way;
+        arcs[static_cast<std::size_t>(span) + 1] = passed;
     });
     return arcs;
 }

@@ -220,7 +220,7 @@ std::vector<std::string> problems(const VesselTreeSpec& spec) {
     }
     for (const Dissection& d : spec.dissections) {
         check_place(spec, d, "a dissection", found);
-        if (!(d.length >= 10 && d.length <= 600 && d.true_share >= 0.2 && d.true_share <= 0.8 &&
+        if (!(d.length >= 10 && d.length <= 600 && d.true_fraction >= 0.2 && d.true_fraction <= 0.8 &&
               d.flap >= 0.5 && d.flap <= 6))
             found.push_back(
                 "a dissection needs a length of 10 to 600 mm, a share of the true lumen of 0.2 to 0.8 and a "

@@ -15,21 +15,21 @@ using geometry::CentrelineBranch;
 using geometry::Polyline;
 using geometry::Vec3;
 
-void BranchTree::add_root(const Polyline& way, bool fixed_start, bool fixed_end) {
-    append(-1, -1, recentred(way, wall_, step_, fixed_start, fixed_end));
+void BranchTree::add_root(const Polyline& path, bool fixed_start, bool fixed_end) {
+    append(-1, -1, recentred(path, wall_, step_, fixed_start, fixed_end));
 }
 
 void BranchTree::add(const Own& own, bool fixed_end, BranchSample landing) {
-    Polyline way = own.way;
-    if (way.size() < 2) way.insert(way.begin(), branches[own.parent.branch].points[own.parent.sample]);
-    const double total = geometry::length_of(way);
-    clear(way, total);
+    Polyline path = own.path;
+    if (path.size() < 2) path.insert(path.begin(), branches[own.parent.branch].points[own.parent.sample]);
+    const double total = geometry::length_of(path);
+    clear(path, total);
     if (landing.branch >= 0) {
-        std::reverse(way.begin(), way.end());
-        clear(way, total);
-        std::reverse(way.begin(), way.end());
+        std::reverse(path.begin(), path.end());
+        clear(path, total);
+        std::reverse(path.begin(), path.end());
     }
-    Centreline line = recentred(way, wall_, step_, false, fixed_end);
+    Centreline line = recentred(path, wall_, step_, false, fixed_end);
     const int parent_sample = junction(own.parent, line);
     connect(line, branches[own.parent.branch].points[parent_sample]);
     if (landing.branch >= 0) {
@@ -42,24 +42,24 @@ void BranchTree::add(const Own& own, bool fixed_end, BranchSample landing) {
     append(own.parent.branch, parent_sample, std::move(line));
 }
 
-BranchTree::Own BranchTree::own_part(const Polyline& way) const {
-    for (std::size_t i = way.size(); i-- > 0;) {
-        const BranchSample at = contact(way[i]);
-        if (at.branch >= 0) return {at, {way.begin() + static_cast<std::ptrdiff_t>(i) + 1, way.end()}};
+BranchTree::Own BranchTree::own_part(const Polyline& path) const {
+    for (std::size_t i = path.size(); i-- > 0;) {
+        const BranchSample at = contact(path[i]);
+        if (at.branch >= 0) return {at, {path.begin() + static_cast<std::ptrdiff_t>(i) + 1, path.end()}};
     }
-    return {{0, 0}, way};
+    return {{0, 0}, path};
 }
 
 double BranchTree::width(const Own& own) const {
     double widest = 0;
-    for (const Vec3& p : own.way) widest = std::max(widest, wall_.distance(p));
+    for (const Vec3& p : own.path) widest = std::max(widest, wall_.distance(p));
     return widest;
 }
 
 bool BranchTree::is_spur(const Own& own) const {
-    if (own.way.size() < 4) return true;
+    if (own.path.size() < 4) return true;
     const CentrelineBranch& parent = branches[own.parent.branch];
-    const double length = geometry::length_of(own.way);
+    const double length = geometry::length_of(own.path);
     double widest = 0.75 * width(own);
     for (std::size_t i = 0; i < parent.points.size(); ++i)
         if ((parent.points[i] - parent.points[own.parent.sample]).norm() < length)
@@ -82,21 +82,21 @@ BranchSample BranchTree::contact(const Vec3& x) const {
 }
 
 /// Drops the start of a path, up to a third of it, as long as its own lumen still opens into others.
-void BranchTree::clear(Polyline& way, double total) const {
+void BranchTree::clear(Polyline& path, double total) const {
     double passed = 0;
     std::size_t first = 0;
-    while (first + 2 < way.size() && passed < total / 3) {
-        const double own = 0.5 * wall_.distance(way[first]);
+    while (first + 2 < path.size() && passed < total / 3) {
+        const double own = 0.5 * wall_.distance(path[first]);
         bool near = false;
         for (const CentrelineBranch& branch : branches) {
             for (std::size_t i = 0; i < branch.points.size() && !near; ++i)
-                near = (way[first] - branch.points[i]).norm() < branch.radii[i] + own;
+                near = (path[first] - branch.points[i]).norm() < branch.radii[i] + own;
         }
         if (!near) break;
-        passed += (way[first + 1] - way[first]).norm();
+        passed += (path[first + 1] - path[first]).norm();
         ++first;
     }
-    way.erase(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(first));
+    path.erase(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
 /// The sample of the parent that the line, extended backwards, comes nearest to.
@@ -131,12 +131,12 @@ void BranchTree::append(int parent, int parent_sample, Centreline line) {
     branches.push_back({"", parent, parent_sample, std::move(line.points), std::move(line.radii)});
 }
 
-void trim_tip(Polyline& way, const geometry::MeshQuery& wall) {
+void trim_tip(Polyline& path, const geometry::MeshQuery& wall) {
     double passed = 0;
-    while (way.size() > 3) {
-        if (passed > 1.2 * wall.distance(way.back())) break;
-        passed += (way[way.size() - 2] - way.back()).norm();
-        way.pop_back();
+    while (path.size() > 3) {
+        if (passed > 1.2 * wall.distance(path.back())) break;
+        passed += (path[path.size() - 2] - path.back()).norm();
+        path.pop_back();
     }
 }
 
@@ -152,19 +152,19 @@ VesselTip tip_of(const std::vector<CentrelineBranch>& branches, int index, const
             start};
 }
 
-void sort_stems_first(std::vector<RootedWay>& ways, const geometry::MeshQuery& wall) {
-    const auto bulk = [&wall](const Polyline& way) {
+void sort_stems_first(std::vector<RootedPath>& paths, const geometry::MeshQuery& wall) {
+    const auto bulk = [&wall](const Polyline& path) {
         double sum = 0;
-        for (std::size_t i = 1; i < way.size(); ++i)
-            sum += (way[i] - way[i - 1]).norm() * wall.distance(way[i]);
+        for (std::size_t i = 1; i < path.size(); ++i)
+            sum += (path[i] - path[i - 1]).norm() * wall.distance(path[i]);
         return sum;
     };
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; i < ways.size(); ++i) order.emplace_back(-bulk(ways[i].points), i);
+    for (std::size_t i = 0; i < paths.size(); ++i) order.emplace_back(-bulk(paths[i].points), i);
     std::sort(order.begin(), order.end());
-    std::vector<RootedWay> sorted;
-    for (const auto& [less, i] : order) sorted.push_back(std::move(ways[i]));
-    ways = std::move(sorted);
+    std::vector<RootedPath> sorted;
+    for (const auto& [less, i] : order) sorted.push_back(std::move(paths[i]));
+    paths = std::move(sorted);
 }
 
 namespace {

@@ -23,13 +23,13 @@ Centreline recentred(const geometry::Polyline& rough, const geometry::MeshQuery&
                      bool fixed_start, bool fixed_end);
 
 /// A path from the root to an opening, or to a blind end (-1).
-struct RootedWay {
+struct RootedPath {
     int opening;
     geometry::Polyline points;
 };
 
 /// Sorts by length times width, the measure of which vessel is the stem of others.
-void sort_stems_first(std::vector<RootedWay>&, const geometry::MeshQuery& wall);
+void sort_stems_first(std::vector<RootedPath>&, const geometry::MeshQuery& wall);
 
 /// A sample of a branch; none when `branch` is negative.
 struct BranchSample {
@@ -43,7 +43,7 @@ public:
     /// leaves.
     struct Own {
         BranchSample parent;
-        geometry::Polyline way;  // from the first point outside
+        geometry::Polyline path;  // from the first point outside
     };
 
     /// `step` is the distance between samples [mm]; a reference to the wall is kept.
@@ -51,11 +51,11 @@ public:
 
     std::vector<geometry::CentrelineBranch> branches;  // parents first
 
-    void add_root(const geometry::Polyline& way, bool fixed_start, bool fixed_end);
+    void add_root(const geometry::Polyline& path, bool fixed_start, bool fixed_end);
     /// Adds a branch along the own part; `landing` is the branch that its end runs into, or none.
     void add(const Own&, bool fixed_end, BranchSample landing = {});
 
-    Own own_part(const geometry::Polyline& way) const;
+    Own own_part(const geometry::Polyline& path) const;
     /// Width of the largest ball along the own part [mm].
     double width(const Own&) const;
     /// Whether it is a bulge, not a branch: shorter than the diameter of the vessel that it leaves, or than
@@ -65,7 +65,7 @@ public:
 
 private:
     BranchSample contact(const geometry::Vec3&) const;
-    void clear(geometry::Polyline& way, double total) const;
+    void clear(geometry::Polyline& path, double total) const;
     int junction(const BranchSample&, const Centreline&) const;
     void connect(Centreline&, const geometry::Vec3& place) const;
     void append(int parent, int parent_sample, Centreline);
@@ -75,7 +75,7 @@ private:
 };
 
 /// Cuts a path that ends at a blind wall back to where it can still follow the middle of the vessel.
-void trim_tip(geometry::Polyline& way, const geometry::MeshQuery& wall);
+void trim_tip(geometry::Polyline& path, const geometry::MeshQuery& wall);
 
 /// The tip at the end of a branch, or at its start.
 VesselTip tip_of(const std::vector<geometry::CentrelineBranch>&, int branch, const geometry::Vec3& apex,

@@ -118,9 +118,9 @@ constexpr double retreat = 0.3;
 constexpr double widest_rim = 2;
 
 /// The way along a branch from its tip.
-class TipWay {
+class TipPath {
 public:
-    TipWay(const CentrelineBranch& branch, const VesselTip& tip)
+    TipPath(const CentrelineBranch& branch, const VesselTip& tip)
         : branch_(branch), last_(static_cast<int>(branch.points.size()) - 1), from_start_(tip.at_start) {}
 
     int count() const { return last_ + 1; }
@@ -142,20 +142,20 @@ private:
     bool from_start_;
 };
 
-double widest_near(const TipWay& way) {
-    double widest = way.radius(0), passed = 0;
-    for (int i = 1; i < way.count() && passed < 2 * widest; ++i) {
-        passed += way.step(i);
-        widest = std::max(widest, way.radius(i));
+double widest_near(const TipPath& path) {
+    double widest = path.radius(0), passed = 0;
+    for (int i = 1; i < path.count() && passed < 2 * widest; ++i) {
+        passed += path.step(i);
+        widest = std::max(widest, path.radius(i));
     }
     return widest;
 }
 
 /// The first place with nearly the width near the tip that the thinnest wire passes; the count if none does.
-int first_wide(const TipWay& way) {
-    const double wanted = std::max(wire_margin * thinnest_wire_radius, full_width * widest_near(way));
+int first_wide(const TipPath& path) {
+    const double wanted = std::max(wire_margin * thinnest_wire_radius, full_width * widest_near(path));
     int i = 0;
-    while (i < way.count() && way.radius(i) < wanted) ++i;
+    while (i < path.count() && path.radius(i) < wanted) ++i;
     return i;
 }
 
@@ -225,18 +225,18 @@ int chosen_inlet(const std::vector<MeshOpening>& ends, const GivenEnds& given,
 
 bool ends_a_tube(const std::vector<CentrelineBranch>& branches, const VesselTip& tip) {
     const CentrelineBranch* branch = &branches[tip.branch];
-    const TipWay way(*branch, tip);
-    const double width = widest_near(way), narrow = tube_width * width, wanted = tube_length * width;
+    const TipPath path(*branch, tip);
+    const double width = widest_near(path), narrow = tube_width * width, wanted = tube_length * width;
     double passed = 0;
     bool in_dome = true;  // which is narrow too
-    for (int i = 0; i < way.count() && passed < wanted; ++i) {
-        if (i > 0) passed += way.step(i);
-        in_dome = in_dome && way.radius(i) < narrow;
-        if (!in_dome && way.radius(i) < narrow) return false;
+    for (int i = 0; i < path.count() && passed < wanted; ++i) {
+        if (i > 0) passed += path.step(i);
+        in_dome = in_dome && path.radius(i) < narrow;
+        if (!in_dome && path.radius(i) < narrow) return false;
     }
     if (branch->parent < 0) return true;
     const double room = branches[branch->parent].radii[branch->parent_sample],
-                 depth = (tip.apex - way.point(0)).norm() + geometry::length_of(branch->points) - room;
+                 depth = (tip.apex - path.point(0)).norm() + geometry::length_of(branch->points) - room;
     if (depth < wanted && width > room) return false;
     while (passed < wanted && branch->parent >= 0) {
         const CentrelineBranch& parent = branches[branch->parent];
@@ -250,7 +250,7 @@ bool ends_a_tube(const std::vector<CentrelineBranch>& branches, const VesselTip&
 }
 
 double width_near(const std::vector<CentrelineBranch>& branches, const VesselTip& tip) {
-    return widest_near(TipWay(branches[tip.branch], tip));
+    return widest_near(TipPath(branches[tip.branch], tip));
 }
 
 TipOpening open_tips(geometry::TriangleMesh& mesh, const std::vector<CentrelineBranch>& branches,
@@ -258,22 +258,22 @@ TipOpening open_tips(geometry::TriangleMesh& mesh, const std::vector<CentrelineB
     TipOpening result;
     MeshCut cut(mesh);
     for (const VesselTip& given : tips) {
-        const TipWay way(branches[given.branch], given);
+        const TipPath path(branches[given.branch], given);
         VesselTip tip = given;
-        int at = first_wide(way);
-        if (at + 3 >= way.count()) {
+        int at = first_wide(path);
+        if (at + 3 >= path.count()) {
             result.thin.push_back(given);
             continue;
         }
         bool done = false;
-        for (int k = 0; k < tries && !done && at + 3 < way.count(); ++k) {
-            tip.centre = way.point(at);
-            tip.radius = way.radius(at);
-            tip.outward = (way.point(at) - way.point(way.behind(at))).normalized();
+        for (int k = 0; k < tries && !done && at + 3 < path.count(); ++k) {
+            tip.centre = path.point(at);
+            tip.radius = path.radius(at);
+            tip.outward = (path.point(at) - path.point(path.behind(at))).normalized();
             const double reach = 2 * (tip.apex - tip.centre).norm() + 3 * tip.radius;
             done = cut.beyond(tip.centre, tip.outward, tip.apex, reach, widest_rim * tip.radius);
-            for (double passed = 0; passed < retreat * tip.radius && ++at < way.count();)
-                passed += way.step(at);
+            for (double passed = 0; passed < retreat * tip.radius && ++at < path.count();)
+                passed += path.step(at);
         }
         (done ? result.opened : result.refused).push_back(done ? tip : given);
     }

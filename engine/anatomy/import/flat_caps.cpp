@@ -22,7 +22,7 @@ using geometry::Vec3;
 /// when it is within the wider angle and its corners lie in the plane.
 const double joins = std::cos(10 * geometry::degree), joins_in_plane = std::cos(40 * geometry::degree);
 constexpr double in_plane = 0.03;  // of the root of the patch's area
-/// The rim is sharp where the surface turns by more than this, on this share of its length.
+/// The rim is sharp where the surface turns by more than this, on this fraction of its length.
 const double sharp_rim = std::cos(35 * geometry::degree);
 constexpr double least_sharp = 0.85;
 constexpr std::size_t least_rim = 6;  // edges

@@ -31,7 +31,7 @@ public:
     TracedLumen run() {
         if (points_.empty()) return std::move(result_);
         find_root();
-        find_ways();
+        find_paths();
         follow();
         result_.branches = std::move(tree_.branches);
         return std::move(result_);
@@ -88,7 +88,7 @@ private:
         for (const int end : free_)
             if (wall_.distance(points_[end]) > wall_.distance(points_[root_])) root_ = end;
     }
-    void find_ways() {
+    void find_paths() {
         from_.assign(points_.size(), -1);
         length_.assign(points_.size(), std::numeric_limits<double>::infinity());
         length_[root_] = 0;
@@ -106,15 +106,15 @@ private:
             }
         }
     }
-    Polyline way_to(int node) const {
-        Polyline way;
-        for (; node >= 0; node = from_[node]) way.push_back(points_[node]);
-        std::reverse(way.begin(), way.end());
-        if (inlet_ >= 0) way.insert(way.begin(), openings_[inlet_].loop.centroid);
-        return way;
+    Polyline path_to(int node) const {
+        Polyline path;
+        for (; node >= 0; node = from_[node]) path.push_back(points_[node]);
+        std::reverse(path.begin(), path.end());
+        if (inlet_ >= 0) path.insert(path.begin(), openings_[inlet_].loop.centroid);
+        return path;
     }
     void follow() {
-        std::vector<RootedWay> ways;
+        std::vector<RootedPath> paths;
         std::vector<int> taken = {root_};
         for (int e = 0; e < static_cast<int>(openings_.size()); ++e) {
             if (e == inlet_) continue;
@@ -125,32 +125,32 @@ private:
                 continue;
             }
             taken.push_back(node);
-            ways.push_back({e, way_to(node)});
-            ways.back().points.push_back(openings_[e].loop.centroid);
+            paths.push_back({e, path_to(node)});
+            paths.back().points.push_back(openings_[e].loop.centroid);
         }
         for (const int end : free_) {
             const bool near = std::any_of(taken.begin(), taken.end(), [&](int node) {
                 return (points_[node] - points_[end]).norm() < 2 * wall_.distance(points_[node]);
             });
-            if (!near && std::isfinite(length_[end])) ways.push_back({-1, way_to(end)});
+            if (!near && std::isfinite(length_[end])) paths.push_back({-1, path_to(end)});
         }
-        sort_stems_first(ways, wall_);
-        for (RootedWay& way : ways) {
-            const Vec3 apex = way.points.back();
-            if (way.opening < 0) trim_tip(way.points, wall_);
+        sort_stems_first(paths, wall_);
+        for (RootedPath& path : paths) {
+            const Vec3 apex = path.points.back();
+            if (path.opening < 0) trim_tip(path.points, wall_);
             if (tree_.branches.empty()) {
-                tree_.add_root(way.points, inlet_ >= 0, way.opening >= 0);
+                tree_.add_root(path.points, inlet_ >= 0, path.opening >= 0);
                 if (inlet_ < 0) result_.tips.push_back(tip_of(tree_.branches, 0, points_[root_], true));
             } else {
-                const BranchTree::Own own = tree_.own_part(way.points);
-                if (way.opening < 0 && tree_.is_spur(own)) {
+                const BranchTree::Own own = tree_.own_part(path.points);
+                if (path.opening < 0 && tree_.is_spur(own)) {
                     ++result_.spurs;
                     continue;
                 }
-                tree_.add(own, way.opening >= 0);
+                tree_.add(own, path.opening >= 0);
             }
-            result_.end_of_branch.push_back(way.opening);
-            if (way.opening < 0) {
+            result_.end_of_branch.push_back(path.opening);
+            if (path.opening < 0) {
                 const int last = static_cast<int>(tree_.branches.size()) - 1;
                 result_.tips.push_back(tip_of(tree_.branches, last, apex, false));
             }

@@ -49,7 +49,7 @@ public:
         distances_ = voxels_.distances(wall_, options_.threads);
         report(0.5);
         root_ = inlet_ >= 0 ? behind(inlet_) : most_steps_from(voxels_, voxels_.nearest(closed_.vertices[0]));
-        ways_ = cheapest_ways(voxels_, distances_, root_);
+        paths_ = cheapest_paths(voxels_, distances_, root_);
         report(0.75);
         const auto count = static_cast<std::size_t>(voxels_.count());
         covered_.assign(count, 0);
@@ -76,50 +76,50 @@ private:
         const MeshOpening& at = openings_[opening];
         return voxels_.nearest(at.loop.centroid - voxels_.size() * at.normal);
     }
-    Polyline way_to(int voxel) const {
-        Polyline way;
-        for (const int v : ways_.way(voxel)) way.push_back(voxels_.centre(v));
-        std::reverse(way.begin(), way.end());
-        if (inlet_ >= 0) way.insert(way.begin(), openings_[inlet_].loop.centroid);
-        return way;
+    Polyline path_to(int voxel) const {
+        Polyline path;
+        for (const int v : paths_.path(voxel)) path.push_back(voxels_.centre(v));
+        std::reverse(path.begin(), path.end());
+        if (inlet_ >= 0) path.insert(path.begin(), openings_[inlet_].loop.centroid);
+        return path;
     }
     /// The part of the path from the root to a voxel that lies outside every branch.
     BranchTree::Own own_part(int voxel) const {
         BranchTree::Own own{{0, 0}, {}};
-        for (; voxel >= 0; voxel = ways_.from[voxel]) {
+        for (; voxel >= 0; voxel = paths_.from[voxel]) {
             if (owner_[voxel].branch >= 0) {
                 own.parent = owner_[voxel];
                 break;
             }
-            own.way.push_back(voxels_.centre(voxel));
+            own.path.push_back(voxels_.centre(voxel));
         }
-        std::reverse(own.way.begin(), own.way.end());
+        std::reverse(own.path.begin(), own.path.end());
         return own;
     }
 
     void follow_ends() {
-        std::vector<RootedWay> ways;
+        std::vector<RootedPath> paths;
         for (int e = 0; e < static_cast<int>(openings_.size()); ++e) {
             if (e == inlet_) continue;
             const int voxel = behind(e);
-            if (!ways_.reached(voxel) || voxel == root_) {
+            if (!paths_.reached(voxel) || voxel == root_) {
                 result_.unreached.push_back(e);
                 continue;
             }
-            RootedWay way{e, way_to(voxel)};
-            way.points.push_back(openings_[e].loop.centroid);
-            ways.push_back(std::move(way));
+            RootedPath path{e, path_to(voxel)};
+            path.points.push_back(openings_[e].loop.centroid);
+            paths.push_back(std::move(path));
         }
-        sort_stems_first(ways, wall_);
-        for (const RootedWay& way : ways) {
+        sort_stems_first(paths, wall_);
+        for (const RootedPath& path : paths) {
             if (tree_.branches.empty()) {
-                tree_.add_root(way.points, true, true);
+                tree_.add_root(path.points, true, true);
             } else {
-                BranchTree::Own own = own_part(behind(way.opening));
-                own.way.push_back(way.points.back());
+                BranchTree::Own own = own_part(behind(path.opening));
+                own.path.push_back(path.points.back());
                 tree_.add(own, true);
             }
-            finish(way.opening);
+            finish(path.opening);
         }
     }
 
@@ -182,9 +182,9 @@ private:
     void follow_tips() {
         std::vector<int> farthest_first;
         for (int v = 0; v < voxels_.count(); ++v)
-            if (!covered_[v] && ways_.reached(v)) farthest_first.push_back(v);
+            if (!covered_[v] && paths_.reached(v)) farthest_first.push_back(v);
         std::stable_sort(farthest_first.begin(), farthest_first.end(),
-                         [this](int a, int b) { return ways_.length[a] > ways_.length[b]; });
+                         [this](int a, int b) { return paths_.length[a] > paths_.length[b]; });
         for (const int tip : farthest_first) {
             if (covered_[tip]) continue;
             if (static_cast<int>(result_.tips.size()) > options_.most_tips) break;
@@ -197,15 +197,15 @@ private:
 
     /// The stem of a lumen without openings, from blind root to blind tip.
     void first_blind(int tip) {
-        Polyline way = way_to(tip);
+        Polyline path = path_to(tip);
         const bool from_tip = inlet_ < 0;
         if (from_tip) {
-            std::reverse(way.begin(), way.end());
-            trim_tip(way, wall_);
-            std::reverse(way.begin(), way.end());
+            std::reverse(path.begin(), path.end());
+            trim_tip(path, wall_);
+            std::reverse(path.begin(), path.end());
         }
-        trim_tip(way, wall_);
-        tree_.add_root(way, !from_tip, false);
+        trim_tip(path, wall_);
+        tree_.add_root(path, !from_tip, false);
         if (from_tip) result_.tips.push_back(tip_of(tree_.branches, 0, voxels_.centre(root_), true));
         result_.tips.push_back(tip_of(tree_.branches, 0, voxels_.centre(tip), false));
         finish(-1);
@@ -216,15 +216,15 @@ private:
     void follow_tip(int tip) {
         const BranchTree::Own own = own_part(tip);
         const double width = std::max(voxels_.size(), tree_.width(own)),
-                     length = geometry::length_of(own.way);
+                     length = geometry::length_of(own.path);
         if (tree_.is_spur(own)) {
             result_.spurs += length >= width;
             mark_near(tip, std::max(2 * width, length));
             return;
         }
-        if (const BranchTree::Own back = across(tip, own.way, width); !back.way.empty()) {
+        if (const BranchTree::Own back = across(tip, own.path, width); !back.path.empty()) {
             BranchTree::Own ring = own;
-            ring.way.insert(ring.way.end(), back.way.rbegin(), back.way.rend());
+            ring.path.insert(ring.path.end(), back.path.rbegin(), back.path.rend());
             tree_.add(ring, false, back.parent);
             ++result_.loops;
             finish(-1);
@@ -232,7 +232,7 @@ private:
             return;
         }
         BranchTree::Own trimmed = own;
-        trim_tip(trimmed.way, wall_);
+        trim_tip(trimmed.path, wall_);
         tree_.add(trimmed, false);
         result_.tips.push_back(
             tip_of(tree_.branches, static_cast<int>(tree_.branches.size()) - 1, voxels_.centre(tip), false));
@@ -245,23 +245,23 @@ private:
     BranchTree::Own across(int tip, const Polyline& own, double width) const {
         BranchTree::Own best;
         double longest = 0;
-        std::unordered_set<int> on_way;
-        for (int v = tip; v >= 0 && owner_[v].branch < 0; v = ways_.from[v]) on_way.insert(v);
-        const auto joins_way = [&](int v) {
-            while (v >= 0 && owner_[v].branch < 0 && !on_way.contains(v)) v = ways_.from[v];
-            return v >= 0 && on_way.contains(v);
+        std::unordered_set<int> on_path;
+        for (int v = tip; v >= 0 && owner_[v].branch < 0; v = paths_.from[v]) on_path.insert(v);
+        const auto joins_path = [&](int v) {
+            while (v >= 0 && owner_[v].branch < 0 && !on_path.contains(v)) v = paths_.from[v];
+            return v >= 0 && on_path.contains(v);
         };
         voxels_.ball(voxels_.centre(tip), 2.5 * voxels_.size(), [&](int v) {
-            if (!ways_.reached(v) || ways_.from[v] < 0 || joins_way(v)) return;
+            if (!paths_.reached(v) || paths_.from[v] < 0 || joins_path(v)) return;
             const BranchTree::Own other = own_part(v);
             std::size_t apart = 0;
-            for (const Vec3& p : other.way) {
+            for (const Vec3& p : other.path) {
                 double least = std::numeric_limits<double>::infinity();
                 for (const Vec3& q : own) least = std::min(least, (p - q).norm());
                 apart += least > 1.5 * width;
             }
-            const double length = geometry::length_of(other.way);
-            if (2 * apart < other.way.size() || length < 2 * width || length < longest) return;
+            const double length = geometry::length_of(other.path);
+            if (2 * apart < other.path.size() || length < 2 * width || length < longest) return;
             longest = length;
             best = other;
         });
@@ -276,7 +276,7 @@ private:
     LumenVoxels voxels_;
     BranchTree tree_;
     std::vector<float> distances_;
-    VoxelWays ways_;
+    VoxelPaths paths_;
     std::vector<char> covered_;
     std::vector<BranchSample> owner_;  // of each voxel in the ball of a sample
     std::vector<float> depth_;         // of the voxel in that ball: squared distance minus squared radius

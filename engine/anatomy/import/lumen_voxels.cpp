@@ -170,16 +170,16 @@ std::vector<float> LumenVoxels::distances(const geometry::MeshQuery& wall, int t
     return result;
 }
 
-std::vector<int> VoxelWays::way(int voxel) const {
+std::vector<int> VoxelPaths::path(int voxel) const {
     std::vector<int> result;
     for (; voxel >= 0; voxel = from[voxel]) result.push_back(voxel);
     return result;
 }
 
-VoxelWays cheapest_ways(const LumenVoxels& voxels, std::span<const float> distances, int root) {
+VoxelPaths cheapest_paths(const LumenVoxels& voxels, std::span<const float> distances, int root) {
     const int count = voxels.count();
-    VoxelWays ways{std::vector<int>(count, -1),
-                   std::vector<float>(count, std::numeric_limits<float>::infinity())};
+    VoxelPaths paths{std::vector<int>(count, -1),
+                     std::vector<float>(count, std::numeric_limits<float>::infinity())};
     std::vector<float> cost(count, std::numeric_limits<float>::infinity()), per_mm(count);
     const double least = 0.1 * voxels.size();
     for (int i = 0; i < count; ++i) {
@@ -192,7 +192,7 @@ VoxelWays cheapest_ways(const LumenVoxels& voxels, std::span<const float> distan
         return static_cast<Entry>(std::bit_cast<std::uint32_t>(at)) << 32 | static_cast<std::uint32_t>(voxel);
     };
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-    cost[root] = 0, ways.length[root] = 0;
+    cost[root] = 0, paths.length[root] = 0;
     open.push(entry(0, root));
     const auto size = static_cast<float>(voxels.size());
     const std::array<float, 4> step = {0, size, size * std::sqrt(2.0f), size * std::sqrt(3.0f)};
@@ -205,12 +205,12 @@ VoxelWays cheapest_ways(const LumenVoxels& voxels, std::span<const float> distan
             const float next = at + step[steps] * (per_mm[i] + per_mm[j]);
             if (next >= cost[j]) return;
             cost[j] = next;
-            ways.from[j] = i;
-            ways.length[j] = ways.length[i] + step[steps];
+            paths.from[j] = i;
+            paths.length[j] = paths.length[i] + step[steps];
             open.push(entry(next, j));
         });
     }
-    return ways;
+    return paths;
 }
 
 int most_steps_from(const LumenVoxels& voxels, int root) {

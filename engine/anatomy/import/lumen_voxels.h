@@ -76,15 +76,15 @@ private:
 
 /// Cheapest paths from a root to every voxel, where a step costs its length divided by the squared distance
 /// to the wall.
-struct VoxelWays {
+struct VoxelPaths {
     std::vector<int> from;      // the previous voxel, -1 at the root and where there is no path
     std::vector<float> length;  // from the root, infinite where there is no path [mm]
 
     bool reached(int voxel) const { return length[voxel] < 1e30f; }
     /// The path from `voxel` back to the root.
-    std::vector<int> way(int voxel) const;
+    std::vector<int> path(int voxel) const;
 };
-VoxelWays cheapest_ways(const LumenVoxels&, std::span<const float> distances, int root);
+VoxelPaths cheapest_paths(const LumenVoxels&, std::span<const float> distances, int root);
 
 /// A voxel that takes the most steps to reach from this one.
 int most_steps_from(const LumenVoxels&, int root);

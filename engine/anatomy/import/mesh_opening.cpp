@@ -21,23 +21,23 @@ std::vector<geometry::BoundaryLoop> simple_loops(const TriangleMesh& mesh) {
     });
     std::vector<geometry::BoundaryLoop> loops;
     std::map<int, std::size_t> where;  // of a corner on the current path
-    std::vector<int> way;
+    std::vector<int> path;
     while (!next.empty()) {
-        if (way.empty()) {
-            way.push_back(next.begin()->first);
-            where[way[0]] = 0;
+        if (path.empty()) {
+            path.push_back(next.begin()->first);
+            where[path[0]] = 0;
         }
-        const auto step = next.find(way.back());
+        const auto step = next.find(path.back());
         const int to = step->second;
         next.erase(step);
         if (const auto seen = where.find(to); seen != where.end()) {
-            const auto start = way.begin() + static_cast<std::ptrdiff_t>(seen->second);
-            loops.push_back({{start, way.end()}, Vec3::Zero()});
-            for (auto v = start; v != way.end(); ++v) where.erase(*v);
-            way.erase(start, way.end());
-            if (way.empty() && !next.contains(to)) continue;
+            const auto start = path.begin() + static_cast<std::ptrdiff_t>(seen->second);
+            loops.push_back({{start, path.end()}, Vec3::Zero()});
+            for (auto v = start; v != path.end(); ++v) where.erase(*v);
+            path.erase(start, path.end());
+            if (path.empty() && !next.contains(to)) continue;
         }
-        if (way.empty() || way.back() != to) where[to] = way.size(), way.push_back(to);
+        if (path.empty() || path.back() != to) where[to] = path.size(), path.push_back(to);
     }
     for (geometry::BoundaryLoop& loop : loops) {
         for (const int v : loop.vertices) loop.centroid += mesh.vertices[v];

@@ -360,7 +360,7 @@ private:
         std::vector<char> gone(total, 0);
         int count = 0;
         for (int t = 0; t < total; ++t) count += gone[t] = find(t) != main;
-        const double share = 100 * (1 - kept / whole);
+        const double fraction = 100 * (1 - kept / whole);
         const std::string where = io::place_text(centroid(mesh_, mesh_.triangles[next]));
         if (areas.at(next) > 0.25 * whole) {
             throw io::InputError(
@@ -368,11 +368,11 @@ private:
                 "inside and the outside of a wall; expected one lumen, with specks of up to 25 % beside it",
                 100 * areas.at(next) / whole, where);
         }
-        note(share > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
+        note(fraction > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
              fmt::format(
                  "{} pieces apart from the vessel were dropped: {} triangles, {:.2g} % of the surface, "
                  "the largest at {}",
-                 areas.size(), count, share, where));
+                 areas.size(), count, fraction, where));
         remove(mesh_.triangles, gone);
     }
 

@@ -18,7 +18,7 @@ using geometry::Mat3;
 constexpr std::size_t longest_name = 60;
 constexpr double farthest_end = 3;  // from the place that names it [radii]
 /// A line runs along a branch when so many of its samples have it within so many radii.
-constexpr double least_share = 0.5, near_radii = 0.7;
+constexpr double least_fraction = 0.5, near_radii = 0.7;
 
 bool may_stand_in_a_name(char c) {
     return static_cast<unsigned char>(c) >= 0x20 && c != '\x7f' && c != '"' && c != '\\';
@@ -34,8 +34,8 @@ double distance_to(const Polyline& line, const Vec3& x) {
     return std::sqrt(least);
 }
 
-/// Share of the branch's samples that the line passes, from that one on.
-double share_along(const CentrelineBranch& branch, const Polyline& line, std::size_t first) {
+/// Fraction of the branch's samples that the line passes, from that one on.
+double fraction_along(const CentrelineBranch& branch, const Polyline& line, std::size_t first) {
     int near = 0;
     for (std::size_t i = first; i < branch.points.size(); ++i)
         near += distance_to(line, branch.points[i]) <= near_radii * branch.radii[i];
@@ -46,15 +46,16 @@ double share_along(const CentrelineBranch& branch, const Polyline& line, std::si
 /// to its end.
 std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine> lines, std::size_t first) {
     std::string best;
-    double best_share = least_share, best_gap = std::numeric_limits<double>::infinity();
+    double best_fraction = least_fraction, best_gap = std::numeric_limits<double>::infinity();
     for (const GivenLine& line : lines) {
         if (line.name.empty()) continue;
-        const double share = share_along(branch, line.points, first);
+        const double fraction = fraction_along(branch, line.points, first);
         const double gap = std::min((line.points.front() - branch.points.back()).norm(),
                                     (line.points.back() - branch.points.back()).norm());
-        const bool better = share > best_share + 0.05 || (share > best_share - 0.05 && gap < best_gap);
-        if (share < least_share || !better) continue;
-        best = line.name, best_share = std::max(share, best_share), best_gap = gap;
+        const bool better =
+            fraction > best_fraction + 0.05 || (fraction > best_fraction - 0.05 && gap < best_gap);
+        if (fraction < least_fraction || !better) continue;
+        best = line.name, best_fraction = std::max(fraction, best_fraction), best_gap = gap;
     }
     std::erase_if(best, [](char c) { return !may_stand_in_a_name(c); });
     return best.substr(0, longest_name);

@@ -47,32 +47,32 @@ Tube::Place Tube::place(const Curve& c, double s) {
             c.along + cosine * c.across + sine * c.beside, c.turn * (cosine * c.beside - sine * c.across)};
 }
 
-const Tube::Curve& Tube::curve_at(double way) const {
+const Tube::Curve& Tube::curve_at(double arc) const {
     std::size_t i = 0;
-    while (i + 1 < curves_.size() && way >= curves_[i + 1].from) ++i;
+    while (i + 1 < curves_.size() && arc >= curves_[i + 1].from) ++i;
     return curves_[i];
 }
 
-Vec3 Tube::point(double way) const {
-    const double s = std::clamp(way, 0.0, total_);
+Vec3 Tube::point(double arc) const {
+    const double s = std::clamp(arc, 0.0, total_);
     const Curve& curve = curve_at(s);
     return place(curve, s - curve.from).point;
 }
 
-double Tube::nearest_way(const Vec3& x) const {
+double Tube::nearest_arc(const Vec3& x) const {
     double best = 0, least = std::numeric_limits<double>::infinity();
     const int count = std::max(2, static_cast<int>(std::ceil(total_ / (0.25 * radius_))));
     for (int k = 0; k <= count; ++k) {
-        const double way = total_ * k / count, far = (point(way) - x).squaredNorm();
-        if (far < least) least = far, best = way;
+        const double arc = total_ * k / count, far = (point(arc) - x).squaredNorm();
+        if (far < least) least = far, best = arc;
     }
     return best;
 }
 
-Touch Tube::touch(const Vec3& x, double& way, bool with_curvature) const {
+Touch Tube::touch(const Vec3& x, double& arc, bool with_curvature) const {
     // The root of (x − c)·c' by Newton's method. Its slope −1 + (x − c)·c'' is negative within the radius of
     // curvature; beyond that it is held there, so that a point far outside still finds a place.
-    double s = std::clamp(std::isfinite(way) ? way : 0.0, 0.0, total_);
+    double s = std::clamp(std::isfinite(arc) ? arc : 0.0, 0.0, total_);
     Place here;
     Vec3 out;
     double slope = 1, step = 0;
@@ -87,7 +87,7 @@ Touch Tube::touch(const Vec3& x, double& way, bool with_curvature) const {
         if (!(std::abs(step) > 1e-7)) break;
     }
     out -= step * here.heading;  // the last, tiny step to first order
-    way = s;
+    arc = s;
     Touch touch;
     const double distance = out.norm();
     touch.depth = distance - radius_;
@@ -107,20 +107,20 @@ void Baseline::take(const std::vector<Vec3>& nodes) {
         if (!nodes[i].allFinite())
             throw std::invalid_argument("node " + std::to_string(i) + " of the rod is not finite");
     nodes_ = nodes;
-    ways_.assign(nodes.size(), 0.0);
+    arcs_.assign(nodes.size(), 0.0);
     tally_ = {};
     diverged_ = false;
     still_ = 0;
     if (tube_)
-        for (std::size_t i = 0; i < nodes.size(); ++i) ways_[i] = tube_->nearest_way(nodes[i]);
+        for (std::size_t i = 0; i < nodes.size(); ++i) arcs_[i] = tube_->nearest_arc(nodes[i]);
 }
 
 double Baseline::wall_energy() const {
     double energy = -spec_.load.dot(nodes_.back() - spec_.base);
     if (!tube_) return energy;
     for (int i = 1; i <= segments(); ++i) {
-        double way = ways_[i];
-        const double depth = std::max(0.0, tube_->touch(nodes_[i], way, false).depth);
+        double arc = arcs_[i];
+        const double depth = std::max(0.0, tube_->touch(nodes_[i], arc, false).depth);
         energy += 0.5 * wall_stiffness(i) * depth * depth;
     }
     return energy;

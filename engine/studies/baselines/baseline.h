@@ -37,13 +37,13 @@ public:
 
     double radius() const { return radius_; }  // [mm]
     double length() const { return total_; }   // of the centreline [mm]
-    Vec3 point(double way) const;              // of the centreline, 0 ≤ way ≤ length()
+    Vec3 point(double arc) const;              // of the centreline, 0 ≤ way ≤ length()
 
     /// The way along the centreline of its point nearest to x, of all points [mm].
-    double nearest_way(const Vec3& x) const;
-    /// Follows the nearest point from `way`, which must be near, and updates it. The curvature is computed
-    /// only where it is asked for.
-    Touch touch(const Vec3& x, double& way, bool with_curvature) const;
+    double nearest_arc(const Vec3& x) const;
+    /// Follows the nearest point from `direction`, which must be near, and updates it. The curvature is
+    /// computed only where it is asked for.
+    Touch touch(const Vec3& x, double& arc, bool with_curvature) const;
 
 private:
     /// c(s) = start + along·s + (sin ωs/ω) across + ((1 − cos ωs)/ω) beside.
@@ -55,7 +55,7 @@ private:
         Vec3 point, heading, bend;  // c, c', c''
     };
     static Place place(const Curve&, double s);
-    const Curve& curve_at(double way) const;
+    const Curve& curve_at(double arc) const;
 
     std::vector<Curve> curves_;
     double radius_, total_ = 0;
@@ -105,7 +105,7 @@ protected:
     /// Wall of node i ≥ 1; without a tube there is none.
     Touch touch(int i, bool with_curvature) {
         ++tally_.wall_queries;
-        return tube_->touch(nodes_[i], ways_[i], with_curvature);
+        return tube_->touch(nodes_[i], arcs_[i], with_curvature);
     }
     double wall_stiffness(int i) const { return (i == segments() ? 0.5 : 1.0) * spec_.wall_stiffness; }
     /// EI over the length that joint i stands for [N·mm].
@@ -122,7 +122,7 @@ protected:
     RodSpec spec_;
     const Tube* tube_;  // null = free space
     std::vector<Vec3> nodes_;
-    std::vector<double> ways_;
+    std::vector<double> arcs_;
     Tally tally_;
     bool diverged_ = false;
 

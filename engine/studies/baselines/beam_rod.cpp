@@ -213,10 +213,10 @@ bool BeamRod::solve(double shift) {
     return true;
 }
 
-void BeamRod::move(double share) {
+void BeamRod::move(double fraction) {
     for (int i = 1; i <= segments(); ++i) {
-        nodes_[i] += share * step_[i].head<3>();
-        directions_[i] = (directions_[i] + share * (planes_[i] * step_[i].tail<2>())).normalized();
+        nodes_[i] += fraction * step_[i].head<3>();
+        directions_[i] = (directions_[i] + fraction * (planes_[i] * step_[i].tail<2>())).normalized();
     }
 }
 
@@ -252,17 +252,17 @@ Progress BeamRod::advance(int rounds) {
         }
         const double start = energy();
         const std::vector<Vec3> places = nodes_, directions = directions_;
-        const std::vector<double> ways = ways_;
-        double share = 1;
+        const std::vector<double> arcs = arcs_;
+        double fraction = 1;
         bool lower = false;
-        for (int tries = 0; tries < 12 && !lower; ++tries, share *= 0.5) {
-            move(share);
+        for (int tries = 0; tries < 12 && !lower; ++tries, fraction *= 0.5) {
+            move(fraction);
             if (tube_) tally_.wall_queries += n;
             const double there = energy();
             // Below the arithmetic's noise in the energy a Newton step is taken as it is.
             lower =
-                there <= start + 1e-4 * share * slope || (shift_ == 0 && -slope < 1e-11 * std::abs(start));
-            if (!lower) nodes_ = places, directions_ = directions, ways_ = ways;
+                there <= start + 1e-4 * fraction * slope || (shift_ == 0 && -slope < 1e-11 * std::abs(start));
+            if (!lower) nodes_ = places, directions_ = directions, arcs_ = arcs;
         }
         if (lost()) {
             nodes_ = places, directions_ = directions;
@@ -272,7 +272,7 @@ Progress BeamRod::advance(int rounds) {
         if (!lower) {
             if (shift_ > 1e12 * least) return Progress::Stuck;
             shift_ = std::max(10 * shift_, least);
-        } else if (share > 0.3) {
+        } else if (fraction > 0.3) {
             shift_ = shift_ < 10 * least ? 0 : 0.2 * shift_;
         }
     }

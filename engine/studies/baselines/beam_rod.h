@@ -28,7 +28,7 @@ public:
 private:
     void assemble();
     bool solve(double shift);
-    void move(double share);
+    void move(double fraction);
 
     std::vector<Vec3> directions_;           // t_0…t_N, unit
     std::vector<Mat32> planes_;              // bases of the planes ⟂ t

@@ -18,12 +18,12 @@ void PositionRod::start(const std::vector<Vec3>& nodes) {
 }
 
 void PositionRod::keep_length(int i) {
-    const Vec3 way = nodes_[i] - nodes_[i - 1];
-    const double length = way.norm();
+    const Vec3 link = nodes_[i] - nodes_[i - 1];
+    const double length = link.norm();
     if (!(length > 0)) return;
     const double weight = i > 1 ? 2 : 1, change = (spec_.segment_length - length) / weight;
     stretches_[i] += change;
-    const Vec3 move = (change / length) * way;
+    const Vec3 move = (change / length) * link;
     nodes_[i] += move;
     if (i > 1) nodes_[i - 1] -= move;
     ++tally_.solves;

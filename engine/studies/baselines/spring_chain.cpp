@@ -31,9 +31,9 @@ void SpringChain::find_forces() {
     Vec3 before = spec_.direction;
     double length_before = l;
     for (int i = 0; i < n; ++i) {
-        const Vec3 way = nodes_[i + 1] - nodes_[i];
-        const double length = way.norm();
-        const Vec3 u = way / length;
+        const Vec3 link = nodes_[i + 1] - nodes_[i];
+        const double length = link.norm();
+        const Vec3 u = link / length;
         const Vec3 pull = spring * (length - l) * u;
         forces_[i] += pull;
         forces_[i + 1] -= pull;
@@ -124,9 +124,9 @@ double SpringChain::energy() const {
     const double l = spec_.segment_length;
     Vec3 before = spec_.direction;
     for (int i = 0; i < segments(); ++i) {
-        const Vec3 way = nodes_[i + 1] - nodes_[i];
-        const double length = way.norm();
-        const Vec3 u = way / length;
+        const Vec3 link = nodes_[i + 1] - nodes_[i];
+        const double length = link.norm();
+        const Vec3 u = link / length;
         const double angle = 2 * std::asin(std::min(1.0, 0.5 * (u - before).norm()));
         energy += 0.5 * joint_stiffness(i) * angle * angle;
         energy += 0.5 * spec_.axial / l * (length - l) * (length - l);

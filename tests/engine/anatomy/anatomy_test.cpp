@@ -6,7 +6,7 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/scenes.h"
-#include "engine/anatomy/vessel_ways.h"
+#include "engine/anatomy/vessel_paths.h"
 #include "physics/geometry/mesh_topology.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"

@@ -58,7 +58,7 @@ TEST(LumenWall, ComesFromTheCacheTheSecondTime) {
     }
 }
 
-TEST(LumenWall, OfAnotherWireOrStiffnessSharesTheCachedField) {
+TEST(LumenWall, OfAnotherWireOrStiffnessFractionsTheCachedField) {
     const test::TemporaryFolder folder;
     const MadeWall first = wall_of(tube(), folder.path(), 20, 0.3),
                    other = wall_of(tube(), folder.path(), 30, 0.5);

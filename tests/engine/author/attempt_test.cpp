@@ -37,7 +37,7 @@ TEST(Attempt, TheExactHandDoesWhatTheScriptSays) {
     EXPECT_LE(made.nearest, made.smallest_radius);
 }
 
-TEST(Attempt, HandsAreOffByAsMuchAsIsAskedForAndEachLineByItsOwnShare) {
+TEST(Attempt, HandsAreOffByAsMuchAsIsAskedForAndEachLineByItsOwnFraction) {
     const auto travel = [](unsigned hand, double off) {
         Exercise exercise = small_exercise();
         return attempt(exercise, script_of("1..5 advance 2 mm\n6..10 withdraw 1 mm\n"), hand, off).score;
@@ -102,7 +102,7 @@ TEST(Trial, ItsRadiusIsTheSmallestThatAllReach) {
     EXPECT_TRUE(all_reach(all_with(radius + 1e-4)));
 }
 
-TEST(Trial, TheWidestShareIsTheLastAtWhichAllReach) {
+TEST(Trial, TheWidestFractionIsTheLastAtWhichAllReach) {
     const Exercise start = small_exercise(with_target(4));
     const script::CommandScript script = script_of("0 beam on\n1..25 advance 1.2 mm\n40 end\n");
     const double widest = *widest_off(start, script);

@@ -25,7 +25,7 @@ struct Course {
 Course course_of(const CommandScript& script) {
     Course course;
     for (const script::TimedCommand& timed : script.commands) {
-        const auto add = [&](const char* what, script::Held held, double amount) {
+        const auto add = [&](const char* what, script::DeviceRole held, double amount) {
             course.sums[std::string(what) + std::string(script::name_of(held))] += amount;
         };
         if (const auto* push = std::get_if<script::Advance>(&timed.command))

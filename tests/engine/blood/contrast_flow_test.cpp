@@ -211,7 +211,7 @@ TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
     // Undiluted in the branch; what runs back mixes with the aorta's blood and goes on down, not up.
     EXPECT_NEAR(iodine_at(flow, {45, 0, 50}), 300, 1);
     const double taken = renal * (40 + rate) / 40, back = rate - taken;
-    const double passing = 40.0 + rate - taken - outlet("SMA").share * (40 + rate);
+    const double passing = 40.0 + rate - taken - outlet("SMA").fraction * (40 + rate);
     EXPECT_GT(back, 1);
     EXPECT_NEAR(iodine_at(flow, {0, 0, 10}), 300 * back / passing, 1);
     EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
@@ -392,17 +392,17 @@ TEST(ContrastFlow, KidneysShowTheirCortexBeforeTheirMedulla) {
     ContrastFlow flow(small_abdomen(), steady(40, 0.7));
     const auto& outlets = flow.blood().outlets;
     const std::size_t kidney = kidney_of(flow);
-    for (const Outlet& outlet : outlets) EXPECT_EQ(outlet.inner.share > 0, outlet.organ == "kidney");
+    for (const Outlet& outlet : outlets) EXPECT_EQ(outlet.inner.fraction > 0, outlet.organ == "kidney");
     flow.inject({std::string("LRA"), 3, 6, 300});
-    constexpr double cortex_share = 0.7;  // of the tissue
+    constexpr double cortex_fraction = 0.7;  // of the tissue
     double cortex_most = 0, cortex_at = 0, medulla_most = 0, medulla_at = 0;
     for (int f = 1; f <= 15 * 120; ++f) {
         flow.step(frame);
         const Blush& blush = flow.blush()[kidney];
         ASSERT_GE(blush.inner, 0);
         ASSERT_GE(blush.iodine, blush.inner);
-        const double cortex = (blush.iodine - blush.inner) / cortex_share,
-                     medulla = blush.inner / (1 - cortex_share);
+        const double cortex = (blush.iodine - blush.inner) / cortex_fraction,
+                     medulla = blush.inner / (1 - cortex_fraction);
         if (cortex > cortex_most) cortex_most = cortex, cortex_at = f * frame;
         if (f * frame < 20 && medulla > medulla_most) medulla_most = medulla, medulla_at = f * frame;
         // The nephrographic phase of a CT.

@@ -164,7 +164,8 @@ TEST(Hand, FeelsTheSameInAThousandRandomCourses) {
         for (Commands& commands : course) {
             const auto devices = start.episode.simulation().devices();
             const std::size_t which = random() % (devices.size() + (devices.size() > 1));
-            const script::Held held = which < devices.size() ? devices[which].role : script::Held::All;
+            const script::DeviceRole held =
+                which < devices.size() ? devices[which].role : script::DeviceRole::All;
             if (random() % 4 != 0) commands.emplace_back(script::Advance{12 * unit(), held});
             if (random() % 4 == 0) commands.emplace_back(script::Withdraw{8 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Rotate{8 * (unit() - 0.5), held});

@@ -29,7 +29,7 @@ bool same(const Body& a, const Body& b) {
                 p.texture_blobs[k].axis != q.texture_blobs[k].axis ||
                 p.texture_blobs[k].radius != q.texture_blobs[k].radius ||
                 p.texture_blobs[k].elongation != q.texture_blobs[k].elongation ||
-                p.texture_blobs[k].share != q.texture_blobs[k].share)
+                p.texture_blobs[k].fraction != q.texture_blobs[k].fraction)
                 return false;
     }
     return true;

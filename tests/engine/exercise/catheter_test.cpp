@@ -19,7 +19,7 @@
 namespace exercise {
 namespace {
 
-using script::Held;
+using script::DeviceRole;
 using Commands = std::vector<script::Command>;
 
 /// The bent tube with a 5F Berenstein catheter.
@@ -48,8 +48,8 @@ TEST(Catheter, APartThatWouldNotEndInItsFrameWaitsForTheNextOne) {
     Simulation simulation(scenario);
     int settling = 0, waiting = 0;
     for (int frame = 0; frame < 100; ++frame) {
-        simulation.apply(script::Advance{20, frame % 3 == 0 ? Held::Wire : Held::Catheter});
-        if (frame % 10 == 9) simulation.apply(script::Withdraw{60, Held::All});
+        simulation.apply(script::Advance{20, frame % 3 == 0 ? DeviceRole::Wire : DeviceRole::Catheter});
+        if (frame % 10 == 9) simulation.apply(script::Withdraw{60, DeviceRole::All});
         const StepReport report = simulation.step();
         settling += report.settling;
         waiting += report.waiting_insertion != 0;
@@ -63,35 +63,36 @@ TEST(Catheter, EachDeviceMovesByItsOwnCommands) {
     Exercise exercise(with_catheter(), false);
     const Simulation& simulation = exercise.simulation();
     EXPECT_EQ(simulation.inserted(), 20);
-    EXPECT_EQ(simulation.inserted(Held::Catheter), 0);
-    EXPECT_TRUE(simulation.path_of(Held::Catheter).empty());
+    EXPECT_EQ(simulation.inserted(DeviceRole::Catheter), 0);
+    EXPECT_TRUE(simulation.path_of(DeviceRole::Catheter).empty());
     play(exercise, {script::Advance{30}});
-    play(exercise, {script::Advance{24.5, Held::Catheter}});
+    play(exercise, {script::Advance{24.5, DeviceRole::Catheter}});
     EXPECT_NEAR(simulation.inserted(), 50, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 24.5, 1e-9);
-    play(exercise, {script::Withdraw{4, Held::All}, script::Rotate{0.5, Held::Catheter}});
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 24.5, 1e-9);
+    play(exercise, {script::Withdraw{4, DeviceRole::All}, script::Rotate{0.5, DeviceRole::Catheter}});
     EXPECT_NEAR(simulation.inserted(), 46, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 20.5, 1e-9);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 20.5, 1e-9);
     const auto& devices = simulation.wire().devices;
     EXPECT_NEAR(devices[1].roll + devices[1].windup, 0.5, 1e-9);
     EXPECT_NEAR(devices[0].roll + devices[0].windup, 0, 1e-9);
     // Wire and catheter in one frame.
-    play(exercise, {script::Advance{3}, script::Advance{2, Held::Catheter}});
+    play(exercise, {script::Advance{3}, script::Advance{2, DeviceRole::Catheter}});
     EXPECT_NEAR(simulation.inserted(), 49, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 22.5, 1e-9);
-    EXPECT_NEAR((simulation.tip_of(Held::Wire).at - simulation.wire().tip()).norm(), 0, 1e-9);
-    EXPECT_NEAR((simulation.path_of(Held::Catheter).back() - simulation.tip_of(Held::Catheter).at).norm(), 0,
-                1e-9);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 22.5, 1e-9);
+    EXPECT_NEAR((simulation.tip_of(DeviceRole::Wire).at - simulation.wire().tip()).norm(), 0, 1e-9);
+    EXPECT_NEAR(
+        (simulation.path_of(DeviceRole::Catheter).back() - simulation.tip_of(DeviceRole::Catheter).at).norm(),
+        0, 1e-9);
     // The wire's tip inside the catheter, and the wire out.
     play(exercise, {script::Withdraw{35}});
     EXPECT_NEAR(simulation.inserted(), 14, 1e-9);
     play(exercise, {script::Remove{}});
     EXPECT_EQ(simulation.inserted(), 0);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 22.5, 1e-9);
-    EXPECT_TRUE(simulation.path_of(Held::Wire).empty());
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 22.5, 1e-9);
+    EXPECT_TRUE(simulation.path_of(DeviceRole::Wire).empty());
     exercise.next_frame(Commands{script::Reset{}});
     EXPECT_EQ(simulation.inserted(), 20);
-    EXPECT_EQ(simulation.inserted(Held::Catheter), 0);
+    EXPECT_EQ(simulation.inserted(DeviceRole::Catheter), 0);
 }
 
 /// Three devices: a wire of 0.014 in in a microcatheter in a 5F catheter.
@@ -106,7 +107,7 @@ scenario::Scenario with_microcatheter() {
 TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
     scenario::Scenario s = with_microcatheter();
     s.c_arm.pixels = 256;
-    s.target.device = Held::Microcatheter;
+    s.target.device = DeviceRole::Microcatheter;
     Exercise exercise(s, true);
     const Simulation& simulation = exercise.simulation();
     const auto play_text = [&](const std::string& line) {
@@ -119,16 +120,16 @@ TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
     play_text("advance microcatheter 34 mm");
     play_text("advance catheter 20 mm");
     EXPECT_NEAR(simulation.inserted(), 50, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Microcatheter), 34, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 20, 1e-9);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Microcatheter), 34, 1e-9);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 20, 1e-9);
     play_text("withdraw all 2 mm");
     play_text("rotate microcatheter 30 deg");
     EXPECT_NEAR(simulation.inserted(), 48, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Microcatheter), 32, 1e-9);
-    EXPECT_NEAR(simulation.inserted(Held::Catheter), 18, 1e-9);
-    EXPECT_NEAR(simulation.hand(Held::Microcatheter).turned, M_PI / 6, 1e-9);
-    EXPECT_EQ(simulation.hand(Held::Wire).turned, 0);
-    EXPECT_EQ((simulation.tip() - simulation.tip_of(Held::Microcatheter).at).norm(), 0);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Microcatheter), 32, 1e-9);
+    EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), 18, 1e-9);
+    EXPECT_NEAR(simulation.hand(DeviceRole::Microcatheter).turned, M_PI / 6, 1e-9);
+    EXPECT_EQ(simulation.hand(DeviceRole::Wire).turned, 0);
+    EXPECT_EQ((simulation.tip() - simulation.tip_of(DeviceRole::Microcatheter).at).norm(), 0);
     EXPECT_EQ(exercise.next_frame(Commands{}).motion.denied, "");
     const Truth truth = exercise.truth();
     ASSERT_EQ(truth.devices.size(), 3u);
@@ -146,7 +147,8 @@ TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
     EXPECT_GE(seen[2], 18 * per_mm * foreshortened);
     test::expect_said(run::to_json(truth, {0, 0, 0}), "_microcatheter.png");
     // Contrast comes in where the microcatheter ends, as fast as its lumen with the wire allows.
-    EXPECT_LT(simulation.largest_flow(Held::Microcatheter), simulation.largest_flow(Held::Catheter));
+    EXPECT_LT(simulation.largest_flow(DeviceRole::Microcatheter),
+              simulation.largest_flow(DeviceRole::Catheter));
     test::expect_said(play_text("inject 1 ml at 10 ml/s through catheter").denied, "passes");
     play_text("remove wire");
     EXPECT_EQ(simulation.inserted(), 0);
@@ -160,21 +162,21 @@ TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
     test::expect_said(found[0], "asks for a sheath, and the scenario has none");
     // A copy and a snapshot go on alike.
     Exercise dark(s, false);
-    dark.next_frame(Commands{script::Advance{10}, script::Advance{8, Held::Microcatheter}});
+    dark.next_frame(Commands{script::Advance{10}, script::Advance{8, DeviceRole::Microcatheter}});
     const Exercise::Snapshot middle = dark.snapshot();
     Exercise copy(dark);
-    for (Exercise* each : {&dark, &copy}) each->next_frame(Commands{script::Rotate{1, Held::Catheter}});
+    for (Exercise* each : {&dark, &copy}) each->next_frame(Commands{script::Rotate{1, DeviceRole::Catheter}});
     EXPECT_EQ(dark.simulation().state_hash(), copy.simulation().state_hash());
     const std::uint64_t end = dark.simulation().state_hash();
     dark.restore(middle);
-    dark.next_frame(Commands{script::Rotate{1, Held::Catheter}});
+    dark.next_frame(Commands{script::Rotate{1, DeviceRole::Catheter}});
     EXPECT_EQ(dark.simulation().state_hash(), end);
 }
 
 TEST(Catheter, AWireIsExchangedWhenItIsOut) {
     Exercise exercise(with_catheter(), false);
     const Simulation& simulation = exercise.simulation();
-    play(exercise, {script::Advance{30, Held::Catheter}});
+    play(exercise, {script::Advance{30, DeviceRole::Catheter}});
     StepReport report = play(exercise, {script::Exchange{"amplatzSS035"}});
     test::expect_said(report.denied, "still in");
     EXPECT_EQ(simulation.devices()[0].device.name, "glide035");
@@ -196,16 +198,16 @@ TEST(Catheter, ShaftsOfAChainTwistSegmentBySegment) {
     s.torsion = scenario::TorsionModel::Segments;
     Exercise exercise(s, false);
     const Simulation& simulation = exercise.simulation();
-    play(exercise, {script::Advance{25}, script::Advance{30, Held::Catheter}});
-    play(exercise, {script::Rotate{1, Held::Catheter}});
+    play(exercise, {script::Advance{25}, script::Advance{30, DeviceRole::Catheter}});
+    play(exercise, {script::Rotate{1, DeviceRole::Catheter}});
     const auto& devices = simulation.wire().devices;
     for (const physics::Device& device : devices)
         ASSERT_EQ(device.wound.size(), simulation.wire().joints.size());
     EXPECT_GT(devices[1].wound_up(), 1e-4);
     EXPECT_LT(devices[1].wound_up(), 1);
-    EXPECT_GT(simulation.hand(Held::Catheter).load.torque, 0);
+    EXPECT_GT(simulation.hand(DeviceRole::Catheter).load.torque, 0);
     const double before = devices[1].wound_up();
-    play(exercise, {script::Rotate{-1, Held::Catheter}});
+    play(exercise, {script::Rotate{-1, DeviceRole::Catheter}});
     EXPECT_LT(devices[1].wound_up(), before);
     play(exercise, {script::Remove{}, script::Exchange{"amplatzSS035"}, script::Advance{40}});
     EXPECT_EQ(devices[0].wound.size(), simulation.wire().joints.size());
@@ -252,7 +254,7 @@ TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {
     StepReport report = play(exercise, {script::Inject{2, 1, "", 320}});
     test::expect_said(report.denied, "not inside");
     play(exercise, {script::Advance{40}});
-    play(exercise, {script::Advance{40, Held::Catheter}});
+    play(exercise, {script::Advance{40, DeviceRole::Catheter}});
     report = play(exercise, {script::Inject{2, 3, "", 320}});
     test::expect_said(report.denied, "ml/s");
     EXPECT_EQ(simulation.contrast().injected(), 0);
@@ -263,7 +265,7 @@ TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {
     // The cell with the most of it lies at the tip.
     const auto iodine = simulation.contrast().iodine();
     const auto most = std::max_element(iodine.begin(), iodine.end()) - iodine.begin();
-    EXPECT_LT((simulation.contrast().nodes()[most] - simulation.tip_of(Held::Catheter).at).norm(), 10);
+    EXPECT_LT((simulation.contrast().nodes()[most] - simulation.tip_of(DeviceRole::Catheter).at).norm(), 10);
 }
 
 TEST(Catheter, ContrastThroughTheIntroducerComesInWhereTheDevicesDo) {
@@ -307,7 +309,8 @@ TEST(Catheter, WhatHandsDidReplaysFromASnapshotAndFromText) {
     std::string text;
     for (int k = 0; k < 120; ++k) {
         Commands commands;
-        const Held held = std::array{Held::Wire, Held::Catheter, Held::All}[random() % 3];
+        const DeviceRole held =
+            std::array{DeviceRole::Wire, DeviceRole::Catheter, DeviceRole::All}[random() % 3];
         if (random() % 2) commands.emplace_back(script::Advance{4 * unit(), held});
         if (random() % 3 == 0) commands.emplace_back(script::Withdraw{4 * unit(), held});
         if (random() % 3 == 0) commands.emplace_back(script::Rotate{2 * unit() - 1, held});
@@ -336,7 +339,7 @@ TEST(Catheter, TraceHasARowForEachDevice) {
     Exercise exercise(with_catheter(), false);
     Trace trace(exercise.simulation());
     exercise.next_frame(Commands{script::Advance{20}});
-    const Frame frame = exercise.next_frame(Commands{script::Advance{5, Held::Catheter}});
+    const Frame frame = exercise.next_frame(Commands{script::Advance{5, DeviceRole::Catheter}});
     const std::string rows = trace.rows(frame, exercise.score());
     EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 2);
     test::expect_said(rows, ",wire,40");
@@ -352,7 +355,7 @@ TEST(Catheter, ImageAndTruthShowBothAndTheWireInIt) {
     s.c_arm.pixels = 256;
     Exercise exercise(s, true);
     exercise.next_frame(Commands{script::Beam{true}, script::Advance{40}});
-    exercise.next_frame(Commands{script::Advance{30, Held::Catheter}});
+    exercise.next_frame(Commands{script::Advance{30, DeviceRole::Catheter}});
     for (int k = 0; k < 10; ++k) exercise.next_frame(Commands{});
     const Truth truth = exercise.truth();
     ASSERT_EQ(truth.devices.size(), 2u);

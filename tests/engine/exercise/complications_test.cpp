@@ -22,7 +22,7 @@ namespace exercise {
 namespace {
 
 using script::ComplicationKind;
-using script::Held;
+using script::DeviceRole;
 using Commands = std::vector<script::Command>;
 
 const script::Complicate spasm{ComplicationKind::Spasm, "tube", 45, 16, 60};
@@ -49,7 +49,7 @@ constexpr int long_enough = 100;
 double inserted_after(Exercise& exercise, const script::Command& motion, int times) {
     for (int k = 0; k < times; ++k) exercise.next_frame(Commands{motion});
     wait(exercise, 20);
-    return exercise.simulation().inserted(Held::Catheter);
+    return exercise.simulation().inserted(DeviceRole::Catheter);
 }
 
 std::string refused(const script::Complicate& c) {
@@ -78,7 +78,7 @@ TEST(Complications, ASpasmStopsACatheterUntilItIsRelieved) {
     Exercise free(scenario_with_catheter(20), false), exercise(scenario_with_catheter(20), false);
     exercise.next_frame(Commands{spasm});
     wait(exercise, long_enough);
-    const auto& catheter = script::Advance{2, Held::All};
+    const auto& catheter = script::Advance{2, DeviceRole::All};
     const double passes = inserted_after(free, catheter, 20);
     const double stops = inserted_after(exercise, catheter, 20);
     EXPECT_GT(passes, 58);
@@ -139,8 +139,8 @@ TEST(Complications, AWallDoesNotCloseOnADeviceThatLiesInItButGripsIt) {
     const auto pull = [](Exercise& exercise) {
         double most = 0;
         for (int k = 0; k < 5; ++k) {
-            exercise.next_frame(Commands{script::Withdraw{0.5, Held::All}});
-            most = std::max(most, -exercise.simulation().hand(Held::Catheter).load.push);
+            exercise.next_frame(Commands{script::Withdraw{0.5, DeviceRole::All}});
+            most = std::max(most, -exercise.simulation().hand(DeviceRole::Catheter).load.push);
         }
         return most;
     };
@@ -158,8 +158,8 @@ TEST(Complications, AThrombusLetsDevicesPassWithResistance) {
     for (int k = 0; k < 40; ++k) {
         plugged.next_frame(Commands{script::Advance{1}});
         free.next_frame(Commands{script::Advance{1}});
-        with = std::max(with, plugged.simulation().hand(Held::Wire).load.push);
-        without = std::max(without, free.simulation().hand(Held::Wire).load.push);
+        with = std::max(with, plugged.simulation().hand(DeviceRole::Wire).load.push);
+        without = std::max(without, free.simulation().hand(DeviceRole::Wire).load.push);
     }
     EXPECT_GT(plugged.simulation().inserted(), 55);
     // About 1 kPa on 10 mm of a wire of 0.89 mm.
@@ -348,12 +348,12 @@ TEST(Complications, ARecordingOfAllOfThemReplaysToTheBit) {
     {
         Exercise exercise(scenario, false);
         exercise.record(file, {});
-        exercise.next_frame(Commands{spasm, script::Advance{3, Held::All}});
+        exercise.next_frame(Commands{spasm, script::Advance{3, DeviceRole::All}});
         wait(exercise, 15);
         exercise.next_frame(Commands{thrombus, breath(script::BreathManner::Deep)});
-        for (int k = 0; k < 25; ++k) exercise.next_frame(Commands{script::Advance{1.5, Held::Wire}});
+        for (int k = 0; k < 25; ++k) exercise.next_frame(Commands{script::Advance{1.5, DeviceRole::Wire}});
         exercise.next_frame(Commands{dissection, breath(script::BreathManner::Cough)});
-        for (int k = 0; k < 25; ++k) exercise.next_frame(Commands{script::Withdraw{1, Held::Wire}});
+        for (int k = 0; k < 25; ++k) exercise.next_frame(Commands{script::Withdraw{1, DeviceRole::Wire}});
         exercise.next_frame(Commands{script::Relieve{}});
         wait(exercise, 40);
         exercise.close_recording();
@@ -377,7 +377,7 @@ TEST(Complications, ASnapshotGoesOnAsItWentOn) {
     const auto go_on = [&] {
         std::vector<std::uint64_t> states;
         for (int k = 0; k < 30; ++k) {
-            exercise.next_frame(Commands{script::Advance{1, Held::All}});
+            exercise.next_frame(Commands{script::Advance{1, DeviceRole::All}});
             states.push_back(exercise.simulation().state_hash());
         }
         return std::pair{states, exercise.image()};
@@ -451,7 +451,7 @@ struct Attack {
 Attack attack(Exercise& exercise, unsigned seed, int count, int frames) {
     std::mt19937 random(seed), hand(seed);
     Attack made;
-    const Held held = exercise.simulation().devices().size() > 1 ? Held::All : Held::Wire;
+    const DeviceRole held = exercise.simulation().devices().size() > 1 ? DeviceRole::All : DeviceRole::Wire;
     const anatomy::Anatomy& anatomy = exercise.simulation().anatomy();
     while (made.set < count || made.frames < frames) {
         Commands commands;
@@ -490,13 +490,13 @@ void attack_shipped(const char* name, unsigned seed, int count) {
     SCOPED_TRACE(std::string(name) + ", seed " + std::to_string(seed));
     const scenario::Scenario scenario = test::shipped_scenario(name);
     Exercise exercise(scenario, false), alone(scenario, false);
-    const auto shares = [&] {
+    const auto fractions = [&] {
         std::vector<double> all;
         for (const blood::Outlet& outlet : exercise.simulation().contrast().blood().outlets)
-            all.insert(all.end(), {outlet.share, outlet.flow});
+            all.insert(all.end(), {outlet.fraction, outlet.flow});
         return all;
     };
-    const std::vector<double> before = shares();
+    const std::vector<double> before = fractions();
     const Attack under = attack(exercise, seed, count, 0);
     const Attack free = attack(alone, seed, 0, under.frames);
     EXPECT_LE(under.restless, free.restless) << "of " << under.frames;
@@ -505,7 +505,7 @@ void attack_shipped(const char* name, unsigned seed, int count) {
     wait(exercise, 200);
     EXPECT_TRUE(exercise.simulation().wall().narrowings().empty());
     EXPECT_TRUE(exercise.simulation().narrowed_lumen().empty());
-    EXPECT_EQ(shares(), before);
+    EXPECT_EQ(fractions(), before);
     std::printf("%s, seed %u: %d commands, %d frames, on their way %d (without %d), restless %d (%d)\n", name,
                 seed, under.set, under.frames, under.settling, free.settling, under.restless, free.restless);
 }

@@ -63,7 +63,7 @@ TEST(FrictionScenario, ItAsksForMoreForceAndHoldsTheWire) {
             report = simulation.step();
             EXPECT_TRUE(report.relax.at_rest());
         }
-        forces[rough] = simulation.hand(script::Held::Wire).load.push;
+        forces[rough] = simulation.hand(script::DeviceRole::Wire).load.push;
     }
     EXPECT_GT(forces[1], 2 * std::abs(forces[0]));
 }

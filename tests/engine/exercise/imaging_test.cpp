@@ -144,7 +144,7 @@ TEST(Imaging, ArteriesOfTheBrainShowInTheirTerritories) {
             text += ";";
             sum += organ.iodine(blush);
             // The same concentration in all that one artery supplies.
-            EXPECT_NEAR(organ.iodine(blush) / organ.volume, 50 / (organ.volume / organ.shares[0]), 1e-9);
+            EXPECT_NEAR(organ.iodine(blush) / organ.volume, 50 / (organ.volume / organ.fractions[0]), 1e-9);
         }
         EXPECT_NEAR(sum, 50, 1e-9) << branch;
         return text;

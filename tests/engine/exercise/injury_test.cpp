@@ -147,17 +147,17 @@ TEST(Injury, AreOfTheDeviceThatLeadsAndOfItsDiameter) {
     const Simulation& simulation = exercise.simulation();
     // Over the wire, which is then drawn back into it, to the end of the vessel.
     for (int frame = 0; frame < 20; ++frame)
-        exercise.next_frame(std::vector<script::Command>{script::Advance{2, script::Held::Catheter}});
+        exercise.next_frame(std::vector<script::Command>{script::Advance{2, script::DeviceRole::Catheter}});
     for (int frame = 0; frame < 20; ++frame)
         exercise.next_frame(std::vector<script::Command>{script::Withdraw{3}});
-    EXPECT_EQ(foremost(simulation).role, script::Held::Catheter);
+    EXPECT_EQ(foremost(simulation).role, script::DeviceRole::Catheter);
     for (int frame = 0; frame < 90 && simulation.injuries().all().empty(); ++frame)
-        exercise.next_frame(std::vector<script::Command>{script::Advance{1.5, script::Held::Catheter}});
+        exercise.next_frame(std::vector<script::Command>{script::Advance{1.5, script::DeviceRole::Catheter}});
     ASSERT_FALSE(simulation.injuries().all().empty());
     const double cosine = facing(simulation);
     EXPECT_GT(cosine, 0.3);
     const Injury& injury = simulation.injuries().all().front();
-    EXPECT_EQ(injury.device, script::Held::Catheter);
+    EXPECT_EQ(injury.device, script::DeviceRole::Catheter);
     const double strength = injury.kind == InjuryKind::Dissection ? 0.17 : 0.84;
     EXPECT_NEAR(injury.threshold, by_hand(strength, catheter_diameter, cosine), 0.03 * injury.threshold);
 }
@@ -195,7 +195,8 @@ TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
         double farthest = 0;                              // from there, since
         for (int frame = 0; frame < 250; ++frame, ++frames) {
             SCOPED_TRACE("seed " + std::to_string(seed) + ", frame " + std::to_string(frame));
-            const script::Held held = two && unit() < 0.7 ? script::Held::Catheter : script::Held::Wire;
+            const script::DeviceRole held =
+                two && unit() < 0.7 ? script::DeviceRole::Catheter : script::DeviceRole::Wire;
             std::vector<script::Command> commands;
             const double what = unit();
             if (what < 0.5) commands.push_back(script::Advance{6 * unit(), held});
@@ -207,15 +208,16 @@ TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
             const auto all = simulation.injuries().all();
             ASSERT_EQ(all.size(), known + static_cast<std::size_t>(made.motion.injuries));
             const double force = force_at_end(simulation), angle = force > 0 ? facing(simulation) : 1;
-            const bool catheter_leads = two && simulation.inserted(script::Held::Catheter) >=
-                                                   simulation.inserted(script::Held::Wire) - 1e-9;
+            const bool catheter_leads = two && simulation.inserted(script::DeviceRole::Catheter) >=
+                                                   simulation.inserted(script::DeviceRole::Wire) - 1e-9;
             const double diameter = catheter_leads ? catheter_diameter : wire_diameter;
             const geometry::Vec3 tip = simulation.wire().joints.back() - simulation.contacts().back().given;
             if (rests(simulation)) farthest = std::max(farthest, (tip - pressed).norm());
             for (std::size_t k = known; k < all.size(); ++k, ++events) {
                 EXPECT_TRUE(rests(simulation));
                 EXPECT_NEAR(all[k].force, force, 1e-12);
-                EXPECT_EQ(all[k].device, catheter_leads ? script::Held::Catheter : script::Held::Wire);
+                EXPECT_EQ(all[k].device,
+                          catheter_leads ? script::DeviceRole::Catheter : script::DeviceRole::Wire);
                 of_catheters += catheter_leads;
                 const double strength = all[k].kind == InjuryKind::Dissection ? 0.17 : 0.84;
                 EXPECT_GT(force, by_hand(strength, diameter, angle) * 0.97);

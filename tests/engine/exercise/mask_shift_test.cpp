@@ -14,7 +14,7 @@ namespace {
 
 using Commands = std::vector<script::Command>;
 using script::ImagingMode;
-using Way = script::ShiftMask::Way;
+using Way = script::ShiftMask::Mode;
 
 /// The tube in a patient who breathes and whose heart beats.
 scenario::Scenario moving_scenario() {

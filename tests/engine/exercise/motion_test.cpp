@@ -124,13 +124,13 @@ class OrgansThatMove : public testing::TestWithParam<const char*> {};
 TEST_P(OrgansThatMove, LookAsTheirTruthSays) {
     const unsigned seed = 20;
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> share(0, 1);
+    std::uniform_real_distribution<double> fraction(0, 1);
     Compared compared(GetParam());
     const std::vector<bool> near = compared.around_the_heart();
     const int n = compared.pixels();
     double worst = 0, brightest = 0;
     for (int k = 0; k < 20; ++k) {
-        const double breath = share(random), beat = share(random), drift = share(random);
+        const double breath = fraction(random), beat = fraction(random), drift = fraction(random);
         const Compared::Moment moment = compared.at(breath, beat, drift);
         double sum = 0, over = 0;
         for (int j = 0; j < n; ++j)

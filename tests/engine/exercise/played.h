@@ -70,7 +70,7 @@ inline std::vector<script::Command> random_commands(std::mt19937& random) {
                 commands.push_back(script::MoveArm{unit() - 0.5, {}, {}, {}, {}, {}});
                 break;
             case 11:
-                commands.push_back(script::ShiftMask{static_cast<script::ShiftMask::Way>(pick(3)),
+                commands.push_back(script::ShiftMask{static_cast<script::ShiftMask::Mode>(pick(3)),
                                                      4 * unit() - 2, 4 * unit() - 2});
                 break;
             case 12:

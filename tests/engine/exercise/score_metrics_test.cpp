@@ -120,8 +120,8 @@ TEST(ScoreMetrics, EachIsWhatTheFramesSay) {
     const auto frames = static_cast<double>(played.seen.size());
     EXPECT_NEAR(s.tip_path, path, 1e-9);
     EXPECT_NEAR(s.mean_tip_speed, moving_path / (moving * dt), 1e-9);
-    EXPECT_NEAR(s.idle_share, 1 - moving / static_cast<double>(speeds.size()), 1e-12);
-    EXPECT_GT(s.idle_share, 0);
+    EXPECT_NEAR(s.idle_fraction, 1 - moving / static_cast<double>(speeds.size()), 1e-12);
+    EXPECT_GT(s.idle_fraction, 0);
     EXPECT_NEAR(s.mean_wall_force, force_sum / frames, 1e-12);
     EXPECT_NEAR(s.peak_wall_force, peak, 1e-12);
     EXPECT_NEAR(s.wall_force_impulse, impulse, 1e-9);
@@ -159,7 +159,7 @@ TEST(ScoreMetrics, DoingNothingScoresNothing) {
     EXPECT_FALSE(s.completed);
     EXPECT_FALSE(s.completion_time);
     for (const double value : {s.beam_on_time, s.contrast, s.wire_travel, s.rotation, s.tip_path,
-                               s.idle_share, s.mean_tip_speed, s.path_efficiency})
+                               s.idle_fraction, s.mean_tip_speed, s.path_efficiency})
         EXPECT_EQ(value, 0);
     EXPECT_TRUE(s.handling_errors.empty());
     EXPECT_TRUE(s.wrong_branches.empty());
@@ -195,7 +195,7 @@ TEST(ScoreMetrics, APauseWorsensWhatTakesTime) {
                   "idle_share", "log_dimensionless_jerk", "max_penetration_at",  // its frame
                   "mean_wall_force_N", "pulses", "spectral_arc_length", "wall_force_impulse_N_s"}));
     EXPECT_GT(*slow.completion_time, *quick.completion_time);
-    EXPECT_GT(slow.idle_share, quick.idle_share);
+    EXPECT_GT(slow.idle_fraction, quick.idle_fraction);
     EXPECT_LT(*slow.spectral_arc_length, *quick.spectral_arc_length);
 }
 

@@ -86,9 +86,9 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
     EXPECT_TRUE(seen);
     // One stiffness everywhere except at the tip, which stands for half a segment: where the tip is deepest,
     // a joint less deep may be pressed harder.
-    const double share = score.peak_wall_force / score.deepest.force;
-    EXPECT_GE(share, 1 - 1e-12);
-    EXPECT_LE(share, 2);
+    const double fraction = score.peak_wall_force / score.deepest.force;
+    EXPECT_GE(fraction, 1 - 1e-12);
+    EXPECT_LE(fraction, 2);
     EXPECT_GT(score.wall_force_impulse, 0);
 }
 

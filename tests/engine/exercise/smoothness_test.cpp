@@ -16,23 +16,23 @@ double arc_by_sums(const std::vector<double>& speed, double rate) {
     while (length < speed.size()) length *= 2;
     length *= 16;
     const double step = rate / static_cast<double>(length);
-    std::vector<double> share;
+    std::vector<double> fraction;
     for (std::size_t k = 0; k <= length / 2 && static_cast<double>(k) * step <= 10; ++k) {
         std::complex<double> sum = 0;
         for (std::size_t n = 0; n < speed.size(); ++n)
             sum += speed[n] * std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k * n % length) /
                                                   static_cast<double>(length));
-        share.push_back(std::abs(sum));
+        fraction.push_back(std::abs(sum));
     }
     double greatest = 0;
-    for (const double s : share) greatest = std::max(greatest, s);
-    std::size_t first = 0, last = share.size() - 1;
-    while (share[first] < 0.05 * greatest) ++first;
-    while (share[last] < 0.05 * greatest) --last;
+    for (const double s : fraction) greatest = std::max(greatest, s);
+    std::size_t first = 0, last = fraction.size() - 1;
+    while (fraction[first] < 0.05 * greatest) ++first;
+    while (fraction[last] < 0.05 * greatest) --last;
     double arc = 0;
     for (std::size_t k = first + 1; k <= last; ++k) {
         const double along = 1.0 / static_cast<double>(last - first),
-                     up = (share[k] - share[k - 1]) / greatest;
+                     up = (fraction[k] - fraction[k - 1]) / greatest;
         arc += std::sqrt(along * along + up * up);
     }
     return -arc;

@@ -13,7 +13,7 @@
 namespace exercise {
 namespace {
 
-using script::Held;
+using script::DeviceRole;
 
 std::string rubbing_toml(const std::string& wire, const std::string& catheter) {
     return test::small_toml_with("frictionless = true", wire) +
@@ -139,13 +139,14 @@ TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
         s.torsion = scenario::TorsionModel::Rigid;
         s.wire().inserted = 50;
         Simulation simulation(s);
-        const double wire = simulation.inserted(Held::Wire), catheter = simulation.inserted(Held::Catheter);
-        play(simulation, script::Advance{15, Held::Catheter});
-        const double gone = simulation.inserted(Held::Wire) - wire;
-        EXPECT_NEAR(simulation.inserted(Held::Catheter), catheter + 15, 1e-9);
+        const double wire = simulation.inserted(DeviceRole::Wire),
+                     catheter = simulation.inserted(DeviceRole::Catheter);
+        play(simulation, script::Advance{15, DeviceRole::Catheter});
+        const double gone = simulation.inserted(DeviceRole::Wire) - wire;
+        EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), catheter + 15, 1e-9);
         if (c.dragged) {
             EXPECT_GT(gone, 10);
-            EXPECT_LT(std::abs(simulation.hand(Held::Wire).load.push), 5e-3 + 0.01 * std::stod(c.valve))
+            EXPECT_LT(std::abs(simulation.hand(DeviceRole::Wire).load.push), 5e-3 + 0.01 * std::stod(c.valve))
                 << "nobody holds it";
         } else {
             EXPECT_LT(std::abs(gone), 2 * physics::slip_length);
@@ -154,12 +155,12 @@ TEST(StictionScenario, AnIdleWireIsPinnedOrDraggedAlong) {
             EXPECT_EQ(gone, 0);
         }
         // The valve resists the hand.
-        EXPECT_GT(simulation.hand(Held::Catheter).load.push, 0.08);
+        EXPECT_GT(simulation.hand(DeviceRole::Catheter).load.push, 0.08);
         EXPECT_GT(simulation.wire().rub_loss, 0.1);
         // In its own hand it goes alone, and is held there.
-        play(simulation, script::Withdraw{3, Held::Wire});
-        EXPECT_NEAR(simulation.inserted(Held::Wire), wire + gone - 3, 1e-9);
-        EXPECT_NEAR(simulation.inserted(Held::Catheter), catheter + 15, 1e-9);
+        play(simulation, script::Withdraw{3, DeviceRole::Wire});
+        EXPECT_NEAR(simulation.inserted(DeviceRole::Wire), wire + gone - 3, 1e-9);
+        EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), catheter + 15, 1e-9);
     }
 }
 
@@ -174,38 +175,38 @@ TEST(StictionScenario, APinHoldsADeviceOrLetsItGoWhileOthersMove) {
         return s;
     };
     Simulation told(scenario("true")), written(scenario("false"));
-    const double wire = told.inserted(Held::Wire);
-    play(told, script::Advance{5, Held::Catheter});
-    EXPECT_EQ(told.inserted(Held::Wire), wire) << "it is held";
-    told.apply(script::Pin{false, Held::Wire});
+    const double wire = told.inserted(DeviceRole::Wire);
+    play(told, script::Advance{5, DeviceRole::Catheter});
+    EXPECT_EQ(told.inserted(DeviceRole::Wire), wire) << "it is held";
+    told.apply(script::Pin{false, DeviceRole::Wire});
     EXPECT_FALSE(told.devices()[0].pinned);
-    play(told, script::Advance{15, Held::Catheter});
-    play(written, script::Advance{15, Held::Catheter});
-    const double gone = told.inserted(Held::Wire) - wire;
+    play(told, script::Advance{15, DeviceRole::Catheter});
+    play(written, script::Advance{15, DeviceRole::Catheter});
+    const double gone = told.inserted(DeviceRole::Wire) - wire;
     EXPECT_GT(gone, 10);
-    EXPECT_NEAR(gone, written.inserted(Held::Wire) - wire, 0.5);
+    EXPECT_NEAR(gone, written.inserted(DeviceRole::Wire) - wire, 0.5);
 
     // It is part of the state, and of a new attempt no more.
     Simulation again(scenario("true"));
     geometry::restore_state(again, geometry::state_of(told));
     EXPECT_FALSE(again.devices()[0].pinned);
     EXPECT_EQ(again.state_hash(), told.state_hash());
-    for (Simulation* s : {&told, &again}) play(*s, script::Withdraw{10, Held::Catheter});
+    for (Simulation* s : {&told, &again}) play(*s, script::Withdraw{10, DeviceRole::Catheter});
     EXPECT_EQ(again.state_hash(), told.state_hash());
-    told.apply(script::Pin{true, Held::Wire});
-    const double held = told.inserted(Held::Wire);
-    play(told, script::Withdraw{5, Held::Catheter});
-    EXPECT_EQ(told.inserted(Held::Wire), held);
-    told.apply(script::Pin{false, Held::Wire});
+    told.apply(script::Pin{true, DeviceRole::Wire});
+    const double held = told.inserted(DeviceRole::Wire);
+    play(told, script::Withdraw{5, DeviceRole::Catheter});
+    EXPECT_EQ(told.inserted(DeviceRole::Wire), held);
+    told.apply(script::Pin{false, DeviceRole::Wire});
     told.reset();
     EXPECT_TRUE(told.devices()[0].pinned);
 
     // A valve that holds nothing does not let go, and says so.
     Simulation smooth(scenario("true", "0"));
-    smooth.apply(script::Pin{false, Held::Wire});
+    smooth.apply(script::Pin{false, DeviceRole::Wire});
     EXPECT_TRUE(smooth.devices()[0].pinned);
     test::expect_said(smooth.step().denied, "its valve has no friction");
-    EXPECT_THROW(smooth.apply(script::Pin{true, Held::Sheath}), io::InputError);
+    EXPECT_THROW(smooth.apply(script::Pin{true, DeviceRole::Sheath}), io::InputError);
 }
 
 /// States of runs without a pin keep their hashes, and one that is undone is as if there had been none.
@@ -213,8 +214,9 @@ TEST(StictionScenario, APinThatChangesNothingLeavesTheState) {
     const scenario::Scenario s =
         test::small_scenario(rubbing_toml("friction = 0\nvalve_friction_N = 0.01", ""));
     Simulation plain(s), pinned(s);
-    pinned.apply(script::Pin{true, Held::Wire});
-    for (Simulation* simulation : {&plain, &pinned}) play(*simulation, script::Advance{5, Held::Catheter});
+    pinned.apply(script::Pin{true, DeviceRole::Wire});
+    for (Simulation* simulation : {&plain, &pinned})
+        play(*simulation, script::Advance{5, DeviceRole::Catheter});
     EXPECT_EQ(pinned.state_hash(), plain.state_hash());
 }
 
@@ -231,13 +233,15 @@ TEST(StictionScenario, WildHandsEndAtRestRestoreAndReplay) {
         const auto wild = [helped](std::mt19937& random) {
             const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
             std::vector<script::Command> commands;
-            const Held held = random() % 2 == 0 ? Held::Wire : random() % 4 == 0 ? Held::All : Held::Catheter;
+            const DeviceRole held = random() % 2 == 0   ? DeviceRole::Wire
+                                    : random() % 4 == 0 ? DeviceRole::All
+                                                        : DeviceRole::Catheter;
             if (random() % 3 != 0) commands.emplace_back(script::Advance{4 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Withdraw{4 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Rotate{3 * (unit() - 0.5), held});
             if (helped && random() % 4 == 0)
-                commands.emplace_back(
-                    script::Pin{random() % 2 == 0, random() % 2 == 0 ? Held::Wire : Held::Catheter});
+                commands.emplace_back(script::Pin{
+                    random() % 2 == 0, random() % 2 == 0 ? DeviceRole::Wire : DeviceRole::Catheter});
             return commands;
         };
         test::play_wildly_and_again(exercise, seed, wild);
@@ -260,12 +264,12 @@ TEST(StictionScenario, FramesOfRestMakeItStick) {
             return std::any_of(grips.begin(), grips.end(),
                                [](const physics::Grip& grip) { return grip.holds() && grip.rests(); });
         };
-        const double force = simulation.hand(Held::Wire).load.push;
+        const double force = simulation.hand(DeviceRole::Wire).load.push;
         int frames = 0;
         while (!still() && frames < 100) simulation.step(), ++frames;
         EXPECT_GE(frames, physics::rest_time * rate) << rate;
         EXPECT_LE(frames, physics::rest_time * rate + 3) << rate;
-        EXPECT_NEAR(simulation.hand(Held::Wire).load.push, force, 1e-5);
+        EXPECT_NEAR(simulation.hand(DeviceRole::Wire).load.push, force, 1e-5);
     }
 }
 

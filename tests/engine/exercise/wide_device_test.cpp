@@ -22,7 +22,7 @@ namespace exercise {
 namespace {
 
 using geometry::Vec3;
-using script::Held;
+using script::DeviceRole;
 
 /// |g|/C of a wire at rest: the relaxer ends below 1e-8, and all contacts are asked for anew here.
 constexpr double rest = 1e-6;
@@ -78,7 +78,7 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
         const double start = simulation.inserted();
         constexpr double reach = 330, step = 3;  // past both renal arteries [mm]
         int frame = 0;
-        const auto frames_until = [&](Held held, double goal) {
+        const auto frames_until = [&](DeviceRole held, double goal) {
             for (; simulation.inserted(held) < goal - 1e-6 && frame < 500; ++frame) {
                 simulation.apply(script::Advance{std::min(step, goal - simulation.inserted(held)), held});
                 const StepReport report = simulation.step();
@@ -98,12 +98,12 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
                 }
             }
         };
-        frames_until(Held::Wire, reach);
+        frames_until(DeviceRole::Wire, reach);
         if (HasFatalFailure()) return;
         EXPECT_GT(simulation.inserted(), start);
-        frames_until(Held::Catheter, reach);
+        frames_until(DeviceRole::Catheter, reach);
         if (HasFatalFailure()) return;
-        EXPECT_NEAR(simulation.inserted(Held::Catheter), reach, 1e-6) << device;
+        EXPECT_NEAR(simulation.inserted(DeviceRole::Catheter), reach, 1e-6) << device;
     }
 }
 
@@ -193,11 +193,11 @@ TEST(WideDevices, WhatIsThickerThanTheEntryIsRefused) {
     Simulation simulation(test::shipped_scenario("renal_cobra", outside), test::cache());
     bool too_thick = false;
     for (int frame = 0; frame < 10; ++frame) {
-        simulation.apply(script::Advance{3, Held::Catheter});
+        simulation.apply(script::Advance{3, DeviceRole::Catheter});
         too_thick |= simulation.step().too_thick;
     }
     EXPECT_TRUE(too_thick);
-    EXPECT_LT(simulation.inserted(Held::Catheter), 6);
+    EXPECT_LT(simulation.inserted(DeviceRole::Catheter), 6);
     EXPECT_TRUE(physics::validate(simulation.wire()).empty());
     test::expect_said(refused("renal", {{"guidewire.diameter_mm", "10.1"}}), "diameter_mm = 10.1");
 }

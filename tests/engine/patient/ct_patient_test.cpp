@@ -77,16 +77,16 @@ TEST_F(CtPatient, GasIsNowhereLighterThanAir) {
             const double change = attenuation(layer.material) - attenuation(layer.inside);
             const MeshCoverage coverage(layer.mesh, grid);
             const MeshCoverage::Window& window = coverage.window();
-            std::vector<float> shares;
+            std::vector<float> fractions;
             for (int k = std::max(coverage.first_layer(), 0);
                  k < std::min(coverage.end_layer(), grid.size[2]); ++k) {
-                coverage.layer(k, shares);
+                coverage.layer(k, fractions);
                 for (int j = window.first_row; j < window.end_row; ++j)
                     for (int i = window.first_column; i < window.end_column; ++i) {
                         const std::size_t at = static_cast<std::size_t>(j) * grid.size[0] + i,
                                           voxel_at = in_layer * static_cast<std::size_t>(k) + at;
-                        sum[voxel_at] += change * shares[at];
-                        if (&layer == &*gas) of_gas[voxel_at] = shares[at];
+                        sum[voxel_at] += change * fractions[at];
+                        if (&layer == &*gas) of_gas[voxel_at] = fractions[at];
                     }
             }
         }

@@ -10,21 +10,22 @@ namespace {
 
 using render::Material;
 
-double share_of(const render::VolumePart& part, double hu) {
+double fraction_of(const render::VolumePart& part, double hu) {
     const auto& knots = part.knots;
-    if (hu <= knots.front().sample) return knots.front().share;
+    if (hu <= knots.front().sample) return knots.front().fraction;
     for (std::size_t i = 1; i < knots.size(); ++i)
         if (hu <= knots[i].sample)
-            return knots[i - 1].share + (hu - knots[i - 1].sample) / (knots[i].sample - knots[i - 1].sample) *
-                                            (knots[i].share - knots[i - 1].share);
-    return knots.back().share;
+            return knots[i - 1].fraction + (hu - knots[i - 1].sample) /
+                                               (knots[i].sample - knots[i - 1].sample) *
+                                               (knots[i].fraction - knots[i - 1].fraction);
+    return knots.back().fraction;
 }
 
 /// [1/mm]
 double mixed(double hu, double energy) {
     double sum = render::attenuation(Material::Air, energy);
     for (const render::VolumePart& part : materials_of_hounsfield())
-        sum += share_of(part, hu) *
+        sum += fraction_of(part, hu) *
                (render::attenuation(part.material, energy) - render::attenuation(part.inside, energy));
     return sum;
 }

@@ -17,10 +17,10 @@ using geometry::Vec3;
 double covered(const geometry::TriangleMesh& mesh, const render::VolumeGrid& grid, int lines = 3) {
     const MeshCoverage coverage(mesh, grid, lines);
     double sum = 0;
-    std::vector<float> shares;
+    std::vector<float> fractions;
     for (int k = coverage.first_layer(); k < coverage.end_layer(); ++k) {
-        coverage.layer(k, shares);
-        sum = std::accumulate(shares.begin(), shares.end(), sum);
+        coverage.layer(k, fractions);
+        sum = std::accumulate(fractions.begin(), fractions.end(), sum);
     }
     return sum * std::abs(grid.axes().determinant());
 }
@@ -48,7 +48,7 @@ TEST(MeshCoverage, AddsUpToTheVolumeOnObliqueAndMirroredGrids) {
         }
 }
 
-TEST(MeshCoverage, SharesOfABoxAreExactAlongTheLinesAndNothingLeaksBesideIt) {
+TEST(MeshCoverage, FractionsOfABoxAreExactAlongTheLinesAndNothingLeaksBesideIt) {
     render::VolumeGrid grid;
     grid.size = {10, 10, 10};
     // From −0.5 … to 9.5 in each direction; the box has faces within voxels along x, on their edges along y,
@@ -57,17 +57,17 @@ TEST(MeshCoverage, SharesOfABoxAreExactAlongTheLinesAndNothingLeaksBesideIt) {
                                    {Vec3(3.05, 4, 6.5), Vec3::UnitX(), Vec3::UnitY(), 2.25, 2.5, 1e6}},
                                   4);
     const MeshCoverage coverage(box, grid);
-    std::vector<float> shares;
+    std::vector<float> fractions;
     double sum = 0;
     for (int k = 0; k < 10; ++k) {
-        coverage.layer(k, shares);
+        coverage.layer(k, fractions);
         for (int j = 0; j < 10; ++j) {
             float row = 0;
             for (int i = 0; i < 10; ++i) {
-                EXPECT_GE(shares[static_cast<std::size_t>(j * 10 + i)], -1e-6f);
-                row += shares[static_cast<std::size_t>(j * 10 + i)];
+                EXPECT_GE(fractions[static_cast<std::size_t>(j * 10 + i)], -1e-6f);
+                row += fractions[static_cast<std::size_t>(j * 10 + i)];
             }
-            EXPECT_NEAR(shares[static_cast<std::size_t>(j * 10 + 9)], 0, 1e-6);
+            EXPECT_NEAR(fractions[static_cast<std::size_t>(j * 10 + 9)], 0, 1e-6);
             sum += row;
         }
     }

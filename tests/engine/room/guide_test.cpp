@@ -173,11 +173,11 @@ TEST_F(Practised, PicturesAreWhatTheBeamShowed) {
 
 TEST(Guide, WaysNameKeysMouseAndSticks) {
     const KeyMap map = load_keys(test::asset("keys.toml"));
-    EXPECT_EQ(ways_of(practice(Action::Advance), map),
+    EXPECT_EQ(inputs_of(practice(Action::Advance), map),
               "Up; mouse: wheel, or drag up on the image; right stick up");
-    EXPECT_EQ(ways_of(practice(Action::LeftRotateLeft), map), "Q; left stick left");
-    EXPECT_EQ(ways_of(practice(Action::Fluoroscopy), map), "Space, GamepadA");
-    EXPECT_EQ(ways_of(script::inject_by_hand, map), "F1, F2");
+    EXPECT_EQ(inputs_of(practice(Action::LeftRotateLeft), map), "Q; left stick left");
+    EXPECT_EQ(inputs_of(practice(Action::Fluoroscopy), map), "Space, GamepadA");
+    EXPECT_EQ(inputs_of(script::inject_by_hand, map), "F1, F2");
 }
 
 TEST(Results, ALessonIsPassedByAllStepsAndTheTarget) {

@@ -64,10 +64,10 @@ TEST_F(HandsTest, PedalsTurnTheBeamOnWhileTheyAreDown) {
 }
 
 TEST_F(HandsTest, KeysShiftTheMaskAndHoldTheBreath) {
-    using Way = script::ShiftMask::Way;
+    using Way = script::ShiftMask::Mode;
     const auto once = commands(pressing({Action::ShiftRight, Action::ShiftRight, Action::ShiftUp}));
     ASSERT_EQ(once.size(), 1u);
-    EXPECT_EQ(find<script::ShiftMask>(once)->way, Way::By);
+    EXPECT_EQ(find<script::ShiftMask>(once)->mode, Way::By);
     EXPECT_EQ(find<script::ShiftMask>(once)->x, 2 * map.speeds.shift[1]);
     EXPECT_EQ(find<script::ShiftMask>(once)->y, -map.speeds.shift[1]);
     Input fine = pressing({Action::ShiftDown});
@@ -85,20 +85,20 @@ TEST_F(HandsTest, KeysShiftTheMaskAndHoldTheBreath) {
 }
 
 TEST_F(HandsTest, KeysMoveTheHandToTheValveAndAwayAsFarAsTheCommandGoes) {
-    using script::Held;
+    using script::DeviceRole;
     const auto twice = commands(pressing({Action::GripCloser, Action::GripCloser}));
     ASSERT_EQ(twice.size(), 1u);
     EXPECT_EQ(script::to_text(twice[0]), "grip wire 80 mm");
     EXPECT_TRUE(commands(pressing({Action::GripCloser, Action::GripFarther})).empty());
     frame(pressing({Action::GripCloser, Action::GripCloser}));
-    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), 80);
-    EXPECT_FALSE(exercise.simulation().gripped_at(Held::Catheter));
+    EXPECT_EQ(exercise.simulation().gripped_at(DeviceRole::Wire), 80);
+    EXPECT_FALSE(exercise.simulation().gripped_at(DeviceRole::Catheter));
     EXPECT_EQ(script::to_text(commands(pressing({Action::GripFarther})).at(0)), "grip wire 90 mm");
     for (int k = 0; k < 10; ++k) frame(pressing({Action::GripCloser}));
-    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), script::least_grip);
+    EXPECT_EQ(exercise.simulation().gripped_at(DeviceRole::Wire), script::least_grip);
     EXPECT_EQ(messages.back().text, "The hand on the wire goes no closer than 5 mm from the valve");
     for (int k = 0; k < 60; ++k) frame(pressing({Action::GripFarther}));
-    EXPECT_EQ(exercise.simulation().gripped_at(Held::Wire), script::largest_grip);
+    EXPECT_EQ(exercise.simulation().gripped_at(DeviceRole::Wire), script::largest_grip);
     EXPECT_EQ(messages.back().text, "The hand on the wire goes no farther than 500 mm from the valve");
 }
 

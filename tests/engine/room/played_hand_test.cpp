@@ -17,8 +17,8 @@ namespace {
 constexpr double frame_rate = 15;
 
 struct Sums {
-    std::map<std::pair<bool, script::Held>, double> of;  // signed, by whether it turns and the device
-    std::vector<std::string> others;                     // in order
+    std::map<std::pair<bool, script::DeviceRole>, double> of;  // signed, by whether it turns and the device
+    std::vector<std::string> others;                           // in order
     int frames = 0;
     void add(const script::Command& command) {
         if (const auto* advance = std::get_if<script::Advance>(&command))
@@ -110,7 +110,7 @@ TEST(PlayedHand, OvershootComesBackAndTakesLonger) {
     sloppy.overshoot = 0.5;
     const Sums plain = played(PlayedHand(script, {}, frame_rate, {0}, 3), {}),
                more = played(PlayedHand(script, {}, frame_rate, sloppy, 3), {});
-    EXPECT_NEAR(more.of.at({false, script::Held::Wire}), 40, 1e-9);
+    EXPECT_NEAR(more.of.at({false, script::DeviceRole::Wire}), 40, 1e-9);
     EXPECT_GT(more.frames, plain.frames + 10);
 }
 

@@ -19,47 +19,47 @@ std::string two_devices() {
 class TwoHands : public HandsTest {
 protected:
     TwoHands() : HandsTest(two_devices()) {}
-    double inside(script::Held device) const { return exercise.simulation().inserted(device); }
+    double inside(script::DeviceRole device) const { return exercise.simulation().inserted(device); }
     void settle() {
         for (int k = 0; k < 40; ++k) frame(Input());
     }
 };
 
 TEST_F(TwoHands, BothActInOneFrameEachOnItsDevice) {
-    using script::Held;
+    using script::DeviceRole;
     Input both =
         holding({Action::Advance, Action::LeftWithdraw, Action::RotateRight, Action::LeftRotateLeft});
     const auto made = commands(both);
     ASSERT_EQ(made.size(), 4u);
-    EXPECT_EQ(std::get<script::Advance>(made[0]).held, Held::Wire);
-    EXPECT_EQ(std::get<script::Rotate>(made[1]).held, Held::Wire);
+    EXPECT_EQ(std::get<script::Advance>(made[0]).held, DeviceRole::Wire);
+    EXPECT_EQ(std::get<script::Rotate>(made[1]).held, DeviceRole::Wire);
     EXPECT_GT(std::get<script::Rotate>(made[1]).angle, 0);
-    EXPECT_EQ(std::get<script::Withdraw>(made[2]).held, Held::Catheter);
-    EXPECT_EQ(std::get<script::Rotate>(made[3]).held, Held::Catheter);
+    EXPECT_EQ(std::get<script::Withdraw>(made[2]).held, DeviceRole::Catheter);
+    EXPECT_EQ(std::get<script::Rotate>(made[3]).held, DeviceRole::Catheter);
     EXPECT_LT(std::get<script::Rotate>(made[3]).angle, 0);
     // Sticks: each hand's own.
     Input sticks;
     sticks.push = {1, -1};
     const auto by_sticks = commands(sticks);
     ASSERT_EQ(by_sticks.size(), 2u);
-    EXPECT_EQ(std::get<script::Advance>(by_sticks[0]).held, Held::Wire);
-    EXPECT_EQ(std::get<script::Withdraw>(by_sticks[1]).held, Held::Catheter);
+    EXPECT_EQ(std::get<script::Advance>(by_sticks[0]).held, DeviceRole::Wire);
+    EXPECT_EQ(std::get<script::Withdraw>(by_sticks[1]).held, DeviceRole::Catheter);
     // The mouse is the hand that the key file says.
     Input mouse;
     mouse.wheel = 1;
-    EXPECT_EQ(std::get<script::Advance>(commands(mouse).at(0)).held, Held::Wire);
+    EXPECT_EQ(std::get<script::Advance>(commands(mouse).at(0)).held, DeviceRole::Wire);
     KeyMap other = parse_keys("[hand]\nmouse = \"left\"\n", "mine", map);
     Hands left(other, 1 / exercise.simulation().scenario().frame_rate);
     EXPECT_EQ(
         std::get<script::Advance>(left.commands(mouse, exercise.simulation(), last, messages).at(0)).held,
-        Held::Catheter);
+        DeviceRole::Catheter);
 }
 
 TEST_F(TwoHands, CounterMotionMovesBothAndReplaysToTheBit) {
-    using script::Held;
+    using script::DeviceRole;
     std::string recording;
     std::vector<std::uint64_t> states;
-    const double wire = inside(Held::Wire), catheter = inside(Held::Catheter);
+    const double wire = inside(DeviceRole::Wire), catheter = inside(DeviceRole::Catheter);
     for (int k = 0; k < 45; ++k) {
         Input both = holding({Action::Advance, Action::LeftWithdraw});
         if (k > 20) both.held.set(static_cast<std::size_t>(Action::LeftRotateRight));
@@ -70,8 +70,8 @@ TEST_F(TwoHands, CounterMotionMovesBothAndReplaysToTheBit) {
         last = exercise.next_frame(made).motion;
         states.push_back(exercise.simulation().state_hash());
         if (k != 29) continue;
-        EXPECT_GT(inside(Held::Wire), wire + 10);
-        EXPECT_LT(inside(Held::Catheter), catheter - 8);
+        EXPECT_GT(inside(DeviceRole::Wire), wire + 10);
+        EXPECT_LT(inside(DeviceRole::Catheter), catheter - 8);
     }
     const script::CommandScript script = script::parse_commands(recording, "hands");
     int frames_of_both = 0;
@@ -92,14 +92,14 @@ TEST_F(TwoHands, CounterMotionMovesBothAndReplaysToTheBit) {
 }
 
 TEST_F(TwoHands, ADeviceThatAHandOrTheHelperHoldsStaysAndWhatNobodyHoldsIsDragged) {
-    using script::Held;
+    using script::DeviceRole;
     Input push = holding({Action::LeftAdvance});
     const auto dragged_by = [&](int frames) {
-        const double before = inside(Held::Wire), catheter = inside(Held::Catheter);
+        const double before = inside(DeviceRole::Wire), catheter = inside(DeviceRole::Catheter);
         for (int k = 0; k < frames; ++k) frame(push);
         settle();
-        EXPECT_GT(inside(Held::Catheter), catheter + 1);
-        return inside(Held::Wire) - before;
+        EXPECT_GT(inside(DeviceRole::Catheter), catheter + 1);
+        return inside(DeviceRole::Wire) - before;
     };
     EXPECT_EQ(dragged_by(8), 0) << "the right hand has it";
     frame(pressing({Action::Helper}));
@@ -120,24 +120,24 @@ TEST_F(TwoHands, ADeviceThatAHandOrTheHelperHoldsStaysAndWhatNobodyHoldsIsDragge
 }
 
 TEST_F(TwoHands, HandsTakeDevicesFromEachOther) {
-    using script::Held;
-    const auto holds = [&](std::initializer_list<Action> pressed, std::optional<Held> right,
-                           std::optional<Held> left) {
+    using script::DeviceRole;
+    const auto holds = [&](std::initializer_list<Action> pressed, std::optional<DeviceRole> right,
+                           std::optional<DeviceRole> left) {
         commands(pressing(pressed));
         EXPECT_EQ(hands.grasp()->in(Side::Right), right);
         EXPECT_EQ(hands.grasp()->in(Side::Left), left);
     };
-    holds({}, Held::Wire, Held::Catheter);
-    holds({Action::Device}, Held::Catheter, Held::Wire);
-    holds({Action::Device}, Held::All, {});
-    holds({Action::LeftDevice}, {}, Held::Wire);
-    holds({Action::Device}, Held::Catheter, Held::Wire);
-    holds({Action::LeftDevice}, Held::Wire, Held::Catheter);
-    holds({Action::LeftDevice}, {}, Held::All);
+    holds({}, DeviceRole::Wire, DeviceRole::Catheter);
+    holds({Action::Device}, DeviceRole::Catheter, DeviceRole::Wire);
+    holds({Action::Device}, DeviceRole::All, {});
+    holds({Action::LeftDevice}, {}, DeviceRole::Wire);
+    holds({Action::Device}, DeviceRole::Catheter, DeviceRole::Wire);
+    holds({Action::LeftDevice}, DeviceRole::Wire, DeviceRole::Catheter);
+    holds({Action::LeftDevice}, {}, DeviceRole::All);
     commands(pressing({Action::Helper}));
     test::expect_said(messages.back().text, "The left hand holds all");
     holds({Action::LeftDevice}, {}, {});
-    holds({Action::LeftDevice, Action::Device}, Held::Catheter, Held::Wire);
+    holds({Action::LeftDevice, Action::Device}, DeviceRole::Catheter, DeviceRole::Wire);
 }
 
 TEST_F(HandsTest, OneDeviceIsTheRightHandsAndNobodyElseIsNeeded) {
@@ -161,7 +161,7 @@ TEST_F(TwoHands, ASyringeGivesWhatTheLumenPassesAndAPumpIsRefusedBeyondIt) {
         input.injections = {index};
         return own.commands(input, exercise.simulation(), last, messages);
     };
-    const double most = exercise.simulation().largest_flow(script::Held::Catheter);
+    const double most = exercise.simulation().largest_flow(script::DeviceRole::Catheter);
     ASSERT_LT(most, 5);
     ASSERT_GT(most, 0.1);
     EXPECT_TRUE(press(1).empty());
@@ -169,7 +169,7 @@ TEST_F(TwoHands, ASyringeGivesWhatTheLumenPassesAndAPumpIsRefusedBeyondIt) {
     const auto made = press(0);
     const auto* inject = find<script::Inject>(made);
     ASSERT_TRUE(inject);
-    EXPECT_EQ(inject->through, script::Held::Catheter);
+    EXPECT_EQ(inject->through, script::DeviceRole::Catheter);
     EXPECT_LE(inject->rate, most);
     EXPECT_GT(inject->rate, most - 0.02);
     test::expect_said(messages.back().text,
@@ -238,7 +238,7 @@ TEST_F(TwoHands, WhateverTheyDoCanBeRecordedAndMade) {
 
 /// A microwire in a microcatheter in a guide, which the helper has at first.
 TEST(ThreeDevices, HandsHelperAndWhateverTheyDo) {
-    using script::Held;
+    using script::DeviceRole;
     const KeyMap map = load_keys(test::asset("keys.toml"));
     exercise::Exercise exercise(
         test::small_scenario(test::replaced(test::small_toml_with("frictionless = true", "friction = 0.05"),

@@ -92,8 +92,8 @@ TEST(Device, DevicesLieInEachOtherInTheOrderOfTheirRoles) {
     EXPECT_EQ(s.devices[0].inserted, 20);
     EXPECT_EQ(s.devices[2].inserted, 5);
     EXPECT_NEAR(s.devices[2].roll, std::numbers::pi / 2, 1e-12);
-    EXPECT_EQ(s.index_of(script::Held::Catheter), 2);
-    EXPECT_FALSE(s.index_of(script::Held::Sheath));
+    EXPECT_EQ(s.index_of(script::DeviceRole::Catheter), 2);
+    EXPECT_FALSE(s.index_of(script::DeviceRole::Sheath));
     const auto refused = [&](const std::string& more) {
         return test::refusal([&] { read_text(test::small_toml + more); });
     };
@@ -140,12 +140,12 @@ TEST(Device, SectionsThatAreATipATransitionAndAShaftAreTheSameDevice) {
     ASSERT_TRUE(tip_and_shaft(file));
     const TipAndShaft plain = *tip_and_shaft(file);
     const auto number = [](double x) { return fmt::format("{:.17g}", x); };
-    const double share = plain.torsional_rigidity / plain.shaft_rigidity;
+    const double fraction = plain.torsional_rigidity / plain.shaft_rigidity;
     const auto rows = [&](double distal, double proximal) {
         return "distal_rigidity_N_mm2 = " + number(distal) +
                "\nproximal_rigidity_N_mm2 = " + number(proximal) +
-               "\ndistal_torsional_rigidity_N_mm2 = " + number(share * distal) +
-               "\nproximal_torsional_rigidity_N_mm2 = " + number(share * proximal) + "\n";
+               "\ndistal_torsional_rigidity_N_mm2 = " + number(fraction * distal) +
+               "\nproximal_torsional_rigidity_N_mm2 = " + number(fraction * proximal) + "\n";
     };
     const std::string list = "[[section]]\nlength_mm = " + number(plain.tip_length) + "\n" +
                              rows(plain.tip_rigidity, plain.tip_rigidity) +

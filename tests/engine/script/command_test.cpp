@@ -48,7 +48,7 @@ TEST(Command, EveryVerbIsReadWithItsUnit) {
 }
 
 TEST(Command, EveryDeviceIsNamedAndReadsBack) {
-    for (const std::string_view name : held_names) {
+    for (const std::string_view name : role_names) {
         const std::pair<std::string, std::string> motions[] = {
             {"advance ", "5 mm"}, {"withdraw ", "2.5 mm"}, {"rotate ", "-30 deg"}};
         for (const auto& [verb, amount] : motions) {
@@ -58,7 +58,7 @@ TEST(Command, EveryDeviceIsNamedAndReadsBack) {
             EXPECT_EQ(written, name == "wire" ? verb + amount : text);
             EXPECT_EQ(to_text(parse("0 " + written + "\n").commands.at(0).command), written);
         }
-        EXPECT_EQ(held_named(name), held_named(name_of(*held_named(name))));
+        EXPECT_EQ(role_named(name), role_named(name_of(*role_named(name))));
     }
     for (const std::string_view name : device_names()) {
         const std::string out = "remove " + std::string(name);
@@ -69,7 +69,7 @@ TEST(Command, EveryDeviceIsNamedAndReadsBack) {
         else
             EXPECT_EQ(to_text(parse("0 " + in + "\n").commands.at(0).command), in);
     }
-    EXPECT_EQ(std::get<Advance>(parse("0 advance both 5 mm\n").commands.at(0).command).held, Held::All);
+    EXPECT_EQ(std::get<Advance>(parse("0 advance both 5 mm\n").commands.at(0).command).held, DeviceRole::All);
     test::expect_said(refusal_of("0 remove all\n"), "expected one of: wire");
     test::expect_said(refusal_of("0 advance probe 5 mm\n"), "number");
     EXPECT_EQ(to_text(parse("0 pin catheter off\n").commands.at(0).command), "pin catheter off");
@@ -116,13 +116,13 @@ TEST(Command, ShiftsOfTheMaskAreReadAndRefused) {
     const CommandScript script = parse(
         "0 shift 1.5 -0.25\n1 shift -3 2 px\n2 shift by 0.1 0 px\n3 shift auto\n4 shift off\n5 shift 0 0\n");
     const auto shift = [&](std::size_t k) { return std::get<ShiftMask>(script.commands[k].command); };
-    EXPECT_EQ(shift(0).way, ShiftMask::Way::To);
+    EXPECT_EQ(shift(0).mode, ShiftMask::Mode::To);
     EXPECT_EQ(shift(0).x, 1.5);
     EXPECT_EQ(shift(0).y, -0.25);
     EXPECT_EQ(shift(1).x, -3);
-    EXPECT_EQ(shift(2).way, ShiftMask::Way::By);
+    EXPECT_EQ(shift(2).mode, ShiftMask::Mode::By);
     EXPECT_EQ(shift(2).x, 0.1);
-    EXPECT_EQ(shift(3).way, ShiftMask::Way::Auto);
+    EXPECT_EQ(shift(3).mode, ShiftMask::Mode::Auto);
     EXPECT_EQ(to_text(shift(4)), to_text(shift(5)));
     EXPECT_EQ(refusal_of("0 shift two 0"),
               "x.gw:1:9: 'two' was found; expected 'auto', 'off' or two numbers from -1024 to 1024, in "
@@ -219,15 +219,15 @@ TEST(Command, TextReadsBackToTheSameBits) {
         Collimate{widest_opening, widest_opening},
         MoveTable{geometry::Vec3(.1, -2, 3)},
         StoreReference{},
-        ShiftMask{ShiftMask::Way::To, 1.0 / 3, -0.1},
-        ShiftMask{ShiftMask::Way::By, -2, 0},
-        ShiftMask{ShiftMask::Way::Auto, 0, 0},
+        ShiftMask{ShiftMask::Mode::To, 1.0 / 3, -0.1},
+        ShiftMask{ShiftMask::Mode::By, -2, 0},
+        ShiftMask{ShiftMask::Mode::Auto, 0, 0},
         ShiftMask{},
         Breathe{true},
         Breathe{false},
-        Pin{true, Held::Wire},
-        Pin{false, Held::Microcatheter},
-        Inject{5, 2, "", 320, Held::Catheter, true},
+        Pin{true, DeviceRole::Wire},
+        Pin{false, DeviceRole::Microcatheter},
+        Inject{5, 2, "", 320, DeviceRole::Catheter, true},
         Complicate{ComplicationKind::Spasm, "LRA", 10.1, 20, 100.0 / 3},
         Complicate{ComplicationKind::Thrombus, "aorta", 1.0 / 3, 8, 100},
         Complicate{ComplicationKind::Dissection, "LRA", 5, 15, 50},

@@ -68,7 +68,7 @@ TEST(Baselines, TheirTubeHasTheDistanceGradientAndCurvatureOfItsCentreline) {
     const Tube& tube = bent_tube();
     for (const double way : {4.0, 17.0, 29.0, 38.0, 44.0}) {
         const Vec3 x = tube.point(way) + Vec3(0.2, 1.1, -1.3);
-        double at = tube.nearest_way(x);
+        double at = tube.nearest_arc(x);
         const Touch touch = tube.touch(x, at, true);
         double least = 1e9;
         for (int k = 0; k <= 45'000; ++k) least = std::min(least, (tube.point(1e-3 * k) - x).norm());
@@ -91,7 +91,7 @@ TEST(Baselines, TheirTubeIsThatOfTheScenes) {
         for (int k = 1; k < 100; ++k) {
             const std::vector<Vec3> x = {vessel.tube->point(vessel.tube->length() * k / 100) +
                                          Vec3(0.3, -0.2, 0.4)};
-            double way = vessel.tube->nearest_way(x[0]);
+            double way = vessel.tube->nearest_arc(x[0]);
             std::vector<physics::WallContact> contact(1);
             wall.contacts(x, contact);
             EXPECT_NEAR(vessel.tube->touch(x[0], way, false).depth, contact[0].penetration, 1e-4)

@@ -51,11 +51,11 @@ TEST(Parallel, ProgressIsReportedOnTheCallersThread) {
     double last = 0;
     parallel_for(
         1000, 2, [](int) {},
-        [&](double share) {
+        [&](double fraction) {
             EXPECT_EQ(std::this_thread::get_id(), caller);
-            EXPECT_GE(share, last);
-            EXPECT_LE(share, 1);
-            last = share;
+            EXPECT_GE(fraction, last);
+            EXPECT_LE(fraction, 1);
+            last = fraction;
         });
 }
 

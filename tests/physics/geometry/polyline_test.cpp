@@ -11,7 +11,7 @@ const Polyline corner = {{0, 0, 0}, {1, 0, 0}, {1, 2, 0}, {4, 2, 0}};
 TEST(Polyline, LengthIsThatOfThePieces) {
     EXPECT_DOUBLE_EQ(length_of(corner), 6);
     EXPECT_EQ(length_of(Polyline{Vec3(1, 2, 3)}), 0);
-    EXPECT_EQ(ways_along(corner, 0.5), (std::vector<double>{0.5, 1.5, 3.5, 6.5}));
+    EXPECT_EQ(arc_lengths(corner, 0.5), (std::vector<double>{0.5, 1.5, 3.5, 6.5}));
 }
 
 TEST(Polyline, ResamplingKeepsLengthAndEnds) {
@@ -22,11 +22,11 @@ TEST(Polyline, ResamplingKeepsLengthAndEnds) {
     EXPECT_NEAR(length_of(line), 6, 1e-12);
 }
 
-TEST(Polyline, TheClosestShareStaysOnThePiece) {
+TEST(Polyline, TheClosestFractionStaysOnThePiece) {
     const Vec3 a(1, 1, 0), b(5, 1, 0);
-    EXPECT_DOUBLE_EQ(closest_share(a, b, {2, 7, -3}), 0.25);
-    EXPECT_EQ(closest_share(a, b, {-4, 1, 0}), 0);
-    EXPECT_EQ(closest_share(a, b, {9, 0, 0}), 1);
+    EXPECT_DOUBLE_EQ(closest_fraction(a, b, {2, 7, -3}), 0.25);
+    EXPECT_EQ(closest_fraction(a, b, {-4, 1, 0}), 0);
+    EXPECT_EQ(closest_fraction(a, b, {9, 0, 0}), 1);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ constexpr int work_enough = 1'000'000'000;
 /// Of the mean work of a step, and of every step: where a contact is made or a grip begins to slip within
 /// one, the mean of the loads before and after errs by an eighth of the jump of the load's slope times the
 /// step squared. That is up to 2.6 % of a step of 0.05 mm, and falls with the step.
-constexpr double share = 0.01;
+constexpr double fraction = 0.01;
 enum class Shaft { Rigid, Whole, Segments };
 
 struct Case {
@@ -59,8 +59,8 @@ struct Balance {
     double missing = 0, worst = 0, work = 0;  // Σ|ΔE + loss − work|, the largest, Σ|work| [N·mm]
     int steps = 0;
 
-    double mean_share() const { return missing / work; }
-    double worst_share() const { return worst * steps / work; }
+    double mean_fraction() const { return missing / work; }
+    double worst_fraction() const { return worst * steps / work; }
 };
 
 class BalanceOf {
@@ -133,8 +133,9 @@ TEST(Balance, TheHandsWorkIsTheGainOfEnergyAndTheLossByFriction) {
                         const Balance b = balance.of(step);
                         std::printf("%d       %.1f      %-8s %d      %-6s  %9.4f      %6.3f %%  %6.3f %%\n",
                                     devices, friction, shafts[static_cast<int>(shaft)], device,
-                                    names[motion++], b.work, 100 * b.mean_share(), 100 * b.worst_share());
-                        EXPECT_LE(b.worst_share(), share);
+                                    names[motion++], b.work, 100 * b.mean_fraction(),
+                                    100 * b.worst_fraction());
+                        EXPECT_LE(b.worst_fraction(), fraction);
                     }
                 }
 }

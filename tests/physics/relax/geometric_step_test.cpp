@@ -75,8 +75,8 @@ TEST(GeometricStep, LeavesBothEndsOfAPieceOfUnequalSegmentsWhereTheyAre) {
         const auto lengths = lengths_of(wire, first);
         const SegmentProblem p = bending_of(wire, first);
         const GeometricStep step(p, lengths, true);
-        for (const double share : {1.0, 0.4, 0.01}) {
-            const auto v = step.turned(share, 0.1);
+        for (const double fraction : {1.0, 0.4, 0.01}) {
+            const auto v = step.turned(fraction, 0.1);
             ASSERT_TRUE(v) << first;
             EXPECT_LT((chord(lengths, *v) - chord(lengths, p.tangent)).norm(), 1e-14) << first;
             for (int m = 0; m < 3; ++m) {

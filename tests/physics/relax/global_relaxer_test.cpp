@@ -149,7 +149,7 @@ TEST(GlobalRelaxer, GoesByItsOptionsAndEndsForOneReason) {
     EXPECT_GT(wide.updates, usual.updates);
 
     GlobalOptions careful;
-    careful.trust.step_share = 0.01;
+    careful.trust.step_fraction = 0.01;
     const auto [short_steps, careful_wire] = push(careful, unlimited.updates);
     EXPECT_GT(short_steps.newton_steps, usual.newton_steps);
     for (const Chain* other : {&wide_wire, &careful_wire})  // of any options the rest is the same
@@ -309,11 +309,11 @@ TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
     // w L³/EI = 7.8373 (Greenhill 1881), which half cells at both ends reach as 1/N².
     const double length = 100, critical = 7.8373 * 50 / std::pow(length, 3);
     const TubeWall wall({{0, 0, -100}, {0, 0, 200}}, 150.0, 40);
-    for (const double share : {0.99, 1.01}) {
+    for (const double fraction : {0.99, 1.01}) {
         Chain wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
-        wire.load = Vec3(0, 0, -share * critical);
+        wire.load = Vec3(0, 0, -fraction * critical);
         to_equilibrium(*global_relaxer(wall), wire, wall);
-        EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, share > 1) << wire.tip().transpose();
+        EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, fraction > 1) << wire.tip().transpose();
     }
 }
 

@@ -43,7 +43,7 @@ TEST(CycleWalk, GoesOnWhenTheWireGrowsOrShrinks) {
     }
 }
 
-TEST(Schedule, GivesTheTipItsShareOfTheBudget) {
+TEST(Schedule, GivesTheTipItsFractionOfTheBudget) {
     Schedule schedule(CycleOrder::Nested);
     const RelaxBudget budget{4000, 0.75, 20};
     // In the uniform walk over 200 segments few updates fall into the window by themselves.

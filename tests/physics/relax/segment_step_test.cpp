@@ -207,13 +207,13 @@ TEST(LimitedTurn, TurnsByTheLimitExactly) {
     const Vec3 u = Vec3(1, 2, 3).normalized();
     for (const Vec3& v : {Vec3(3, -1, 0.2), Vec3(-1, -2, -2.9), Vec3(0, 1, -1)}) {
         for (double limit : {1e-6, 0.01, 0.1, 0.7}) {
-            const double share = largest_share(u, v.normalized(), limit);
-            EXPECT_GT(share, 0);
-            EXPECT_LT(share, 1);
-            EXPECT_NEAR((limited_turn(u, v.normalized(), share) - u).norm(), limit, 1e-9 * limit + 1e-14);
+            const double fraction = largest_fraction(u, v.normalized(), limit);
+            EXPECT_GT(fraction, 0);
+            EXPECT_LT(fraction, 1);
+            EXPECT_NEAR((limited_turn(u, v.normalized(), fraction) - u).norm(), limit, 1e-9 * limit + 1e-14);
         }
     }
-    EXPECT_EQ(largest_share(u, u, 0.1), 1.0);
+    EXPECT_EQ(largest_fraction(u, u, 0.1), 1.0);
 }
 
 TEST(LimitedTurn, HasAWayOutOfTheExactOpposite) {

@@ -102,12 +102,12 @@ TEST(StoredPlanes, RestWhereThePlainFormRests) {
 
 TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
     const SceneSetup scene = pressed();
-    for (const double distal_share : {0.0, 0.6}) {
+    for (const double distal_fraction : {0.0, 0.6}) {
         Chain alone = scene.wire, watched = scene.wire;
-        make_relaxer(storing(2, true), scene.wall)->relax(alone, {1500, distal_share, 25});
+        make_relaxer(storing(2, true), scene.wall)->relax(alone, {1500, distal_fraction, 25});
         Chain last = watched;
         make_relaxer(storing(2, true), scene.wall)
-            ->relax(watched, {1500, distal_share, 25}, [&](int first, const Chain& now) {
+            ->relax(watched, {1500, distal_fraction, 25}, [&](int first, const Chain& now) {
                 for (int i = 0; i < first; ++i)
                     ASSERT_LT((now.joints[i] - last.joints[i]).norm(), 1e-12) << first;
                 ASSERT_TRUE(validate(now).empty());

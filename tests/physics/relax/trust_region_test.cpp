@@ -46,7 +46,7 @@ TEST(TrustRegion, TheSecantMeetsAStraightLine) {
 
 TEST(TrustRegion, IsFiniteWhereTheTrialIsNot) {
     TrustRegion trust = region(0, 2);
-    const double least = TrustOptions().least_share * 2.0;
+    const double least = TrustOptions().least_fraction * 2.0;
     trust.too_far(std::nan(""), true, false);
     EXPECT_DOUBLE_EQ(trust.mu(), least);
     trust.too_far(std::numeric_limits<double>::infinity(), false, false);
@@ -98,14 +98,14 @@ TEST(TrustRegion, OpensAfterAStepThatFitsAndIsForgottenWhereItIsSmall) {
     EXPECT_DOUBLE_EQ(trust.mu(), 0.25);
     trust.accepted(0, true);
     EXPECT_DOUBLE_EQ(trust.mu(), 0.25 * o.cautious_shrink);
-    trust.set(o.forgotten_share);
+    trust.set(o.forgotten_fraction);
     trust.accepted(0.5, false);
     EXPECT_EQ(trust.mu(), 0);
     trust.rejected();
-    EXPECT_DOUBLE_EQ(trust.mu(), o.rejected_share);
+    EXPECT_DOUBLE_EQ(trust.mu(), o.rejected_fraction);
     trust.crawled();
-    EXPECT_DOUBLE_EQ(trust.mu(), o.first_growth * o.rejected_share);
+    EXPECT_DOUBLE_EQ(trust.mu(), o.first_growth * o.rejected_fraction);
     EXPECT_TRUE(trust.moves_joints());
-    trust.set(2 * o.most_share);
+    trust.set(2 * o.most_fraction);
     EXPECT_FALSE(trust.moves_joints());
 }

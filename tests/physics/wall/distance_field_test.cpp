@@ -395,14 +395,14 @@ TEST(DistanceField, MakesNoJumpBetweenAVesselAndItsBranches) {
     int crossings = 0, felt = 0;
     for (const CentrelineBranch& child : test::iliac_renal().branches)
         for (int n = 0; child.parent >= 0 && n < 128; ++n) {
-            const double around = n / 4 * 0.2, share = 0.65 + 0.13 * (n % 4);
+            const double around = n / 4 * 0.2, fraction = 0.65 + 0.13 * (n % 4);
             std::vector<Vec3> way;  // along one side of the branch, from within its parent
             for (std::size_t i = 0; i < 60; ++i)
                 for (double t = 0; t < 1; t += 0.1) {
                     Vec3 a, b;
                     tangent_basis((child.points[40] - child.points[10]).normalized(), a, b);
                     way.push_back(child.points[i] + t * (child.points[i + 1] - child.points[i]) +
-                                  share * child.radii[i] * (std::cos(around) * a + std::sin(around) * b));
+                                  fraction * child.radii[i] * (std::cos(around) * a + std::sin(around) * b));
                 }
             way.insert(way.end(), way.rbegin(), way.rend());  // and back
             WallContact before = ask(iliac_field(), way[0]);
@@ -559,14 +559,14 @@ TEST(DistanceField, RefusesAStreamThatIsDamagedCutShortOrOfAnotherLumen) {
 
 TEST(DistanceField, TellsItsProgress) {
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("tube", {{0, 0, 0}, {6, 0, 0}}, 1.5, 32, 0.5);
-    std::vector<double> shares;
+    std::vector<double> fractions;
     const DistanceField field(anatomy.lumen, anatomy.branches, anatomy.openings(), 20, 0,
                               {.threads = 1},  // others tell nothing
-                              [&](double share) { shares.push_back(share); });
-    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
-    ASSERT_GT(shares.size(), 5u);
-    EXPECT_GE(shares.front(), 0);
-    EXPECT_EQ(shares.back(), 1);
+                              [&](double fraction) { fractions.push_back(fraction); });
+    EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+    ASSERT_GT(fractions.size(), 5u);
+    EXPECT_GE(fractions.front(), 0);
+    EXPECT_EQ(fractions.back(), 1);
 }
 
 TEST(DistanceField, RefusesWhatItCannotHold) {

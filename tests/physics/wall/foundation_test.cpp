@@ -163,20 +163,20 @@ TEST(LumenWall, WallAndVesselAreTwoSpringsInSeries) {
     const TubeWall wall({{0, 0, 0}, {400, 0, 0}}, 3, 10, 0.4);
     for (int k = 0; k < 1000; ++k) {
         const double angle = 2 * M_PI * unit(random), depth = std::pow(10, -6 + 7.5 * unit(random));
-        const double give = std::pow(10, -4 + 6 * unit(random)), share = 0.2 + unit(random);
+        const double give = std::pow(10, -4 + 6 * unit(random)), fraction = 0.2 + unit(random);
         const Vec3 out(0, std::cos(angle), std::sin(angle));
         SCOPED_TRACE("seed " + std::to_string(seed) + ", case " + std::to_string(k));
         WallContact c;
-        c.share = share;
+        c.fraction = fraction;
         c.give = give;
         if (unit(random) < 0.5) c.given = 2 * depth * unit(random) * Vec3(0, unit(random), unit(random));
         const Vec3 x = Vec3(200 + unit(random), 0, 0) + (2.6 + depth) * out;
         wall.contacts({&x, 1}, {&c, 1});
-        const double force = depth / (1 / (10 * share) + give);
+        const double force = depth / (1 / (10 * fraction) + give);
         ASSERT_TRUE(c.touches()) << k;
         EXPECT_NEAR(c.penetration, depth, 1e-9 * (1 + depth)) << k;
         EXPECT_LT((c.push() - force * out).norm(), 1e-7 * force + 1e-9) << k << ": " << depth << ", " << give;
-        EXPECT_NEAR(c.pressed_in(), force / (10 * share), 1e-8 * (1 + depth)) << k;
+        EXPECT_NEAR(c.pressed_in(), force / (10 * fraction), 1e-8 * (1 + depth)) << k;
         EXPECT_LT((c.given - give * force * out).norm(), 1e-8 * (1 + depth)) << k;
         // Across, the joint comes nearer to the axis again. The Hessian is that of the last place but one.
         const Vec3 around(0, -std::sin(angle), std::cos(angle));

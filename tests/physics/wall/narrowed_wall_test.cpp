@@ -31,12 +31,12 @@ std::shared_ptr<const LumenWall> bent_tube() {
 Narrowing narrowing(bool flap = false) {
     Narrowing made;
     for (double s = 14; s <= 46; s += Narrowing::spacing) {
-        const double share = std::exp(-std::pow((s - 30) / 6, 4));
+        const double fraction = std::exp(-std::pow((s - 30) / 6, 4));
         Narrowing::Sample sample;
         sample.at = on_axis(s);
-        sample.radius = 2.1 - 1.3 * share;
+        sample.radius = 2.1 - 1.3 * fraction;
         sample.lumen = 2.0;
-        if (flap) sample.aside = 1.2 * share * Vec3::UnitZ(), sample.lumen += 1.2 * share;
+        if (flap) sample.aside = 1.2 * fraction * Vec3::UnitZ(), sample.lumen += 1.2 * fraction;
         made.samples.push_back(sample);
     }
     return made;

@@ -90,10 +90,10 @@ TEST(WallStiffness, RefusesAWallThatMightNotBeStiff) {
                  std::invalid_argument);
 }
 
-TEST(VesselWay, GrowsSteadilyRoundABend) {
+TEST(CentrelineCoordinate, GrowsSteadilyRoundABend) {
     // Off the centreline the closest point jumps at every corner on the inside of a bend; this way does not.
     const Polyline line = anatomy::draw(anatomy::find_scene("hairpin")->path, 0.5);
-    const std::vector<double> ways = ways_along(line);
+    const std::vector<double> ways = arc_lengths(line);
     for (const double aside : {-1.4, 0.0, 1.4}) {
         double before = 0.5;  // at the first point asked
         for (std::size_t i = 1; i + 1 < line.size(); ++i)
@@ -103,13 +103,13 @@ TEST(VesselWay, GrowsSteadilyRoundABend) {
                     (line[std::min(i + 2, line.size() - 1)] - line[i]).normalized().cross(Vec3::UnitZ());
                 const double t = 0.1 * part;
                 const Vec3 x = (1 - t) * (line[i] + aside * across) + t * (line[i + 1] + aside * next);
-                const VesselWay at = vessel_way(line, ways, static_cast<int>(i), x);
-                ASSERT_GE(at.way, before - 1e-9) << i << " " << aside;
-                ASSERT_LT(at.way - before, 0.3) << i << " " << aside;
-                before = at.way;
-                if (at.way <= 0 || at.way >= ways.back()) continue;
+                const CentrelineCoordinate at = centreline_coordinate(line, ways, static_cast<int>(i), x);
+                ASSERT_GE(at.arc, before - 1e-9) << i << " " << aside;
+                ASSERT_LT(at.arc - before, 0.3) << i << " " << aside;
+                before = at.arc;
+                if (at.arc <= 0 || at.arc >= ways.back()) continue;
                 const auto way = [&](const Eigen::VectorXd& p) {
-                    return vessel_way(line, ways, static_cast<int>(i), Vec3(p)).way;
+                    return centreline_coordinate(line, ways, static_cast<int>(i), Vec3(p)).arc;
                 };
                 if (part > 0 && part < 9) {
                     ASSERT_LT((finite_gradient(way, x, 1e-4) - at.gradient).norm(), 1e-6) << i;
@@ -125,7 +125,7 @@ TEST(WallStiffness, WallsAreAsStiffAsTheProfileSaysWhereAJointIs) {
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("tube", line, scene.radius, 24, 1.0);
     const TubeWall tube(line, scene.radius, k);
     const MeshWall mesh(anatomy.lumen, anatomy.branches, openings(anatomy), k);
-    const std::vector<double> ways = ways_along(line);
+    const std::vector<double> ways = arc_lengths(line);
     for (std::size_t i = 200; i < line.size() - 700; i += 211) {
         const Vec3 along = (line[i + 1] - line[i - 1]).normalized();
         const Vec3 x = line[i] + 2.02 * along.cross(Vec3(0.3, -0.2, 1)).normalized();
@@ -171,7 +171,7 @@ TEST(WallStiffness, PushOfADistanceFieldIsTheGradientOfItsEnergyToo) {
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("tube", line, 1.5, 32, 0.5);
     const WallStiffness k = fourier(40, 18);
     const DistanceField field(anatomy.lumen, anatomy.branches, openings(anatomy), k);
-    const std::vector<double> ways = ways_along(line);
+    const std::vector<double> ways = arc_lengths(line);
     for (const std::size_t i : {120, 170, 231}) {
         const Vec3 along = (line[i + 1] - line[i - 1]).normalized();
         const Vec3 x = line[i] + 1.62 * along.cross(Vec3(0.5, 0.2, -0.3)).normalized();
@@ -267,7 +267,7 @@ TEST(WallVariation, IsDrawnWithinThePapersBoundsTheSameForTheSameSeed) {
         EXPECT_LT(drawn.sum(), 1);
         EXPECT_NO_THROW(drawn.of(42, 100));
     }
-    for (const auto& [g, share] : largest) EXPECT_GT(share, 0.98) << g;
+    for (const auto& [g, fraction] : largest) EXPECT_GT(fraction, 0.98) << g;
     EXPECT_NE(drawn_variation(1).terms[0].amplitude, drawn_variation(2).terms[0].amplitude);
     EXPECT_NE(drawn_variation(1).terms[0].amplitude, drawn_variation(1 + (1ull << 32)).terms[0].amplitude);
 }

@@ -136,7 +136,7 @@ TEST(Bending, CurvatureIsThatOfTheCosineLinearInTheTurn) {
             Chain turned = wire;
             turned.tangents[i] = wire.tangents[i] + e;  // to first order; the director is carried along
             RestBend rest = rest_bend(wire.devices[0], joint, wire.tangents[joint], d[joint]);
-            if (joint == i) rest.way -= rest.way.dot(e) * wire.tangents[i];
+            if (joint == i) rest.direction -= rest.direction.dot(e) * wire.tangents[i];
             return rest_direction(turned.tangents[joint], rest).dot(turned.tangents[joint + 1]);
         };
         Mat3 expected = Mat3::Zero();

@@ -142,28 +142,28 @@ TEST(Chain, ASegmentSplitWhereDevicesAreBentAtRestKeepsTheEnergy) {
     const double whole = bending_energy(chain);
     const int grows = chain.growing();
     ASSERT_GT(chain.devices[1].rest[grows].angle, 0.05);
-    for (const double share : {0.5, 0.7}) {
+    for (const double fraction : {0.5, 0.7}) {
         Chain split = chain;
-        split_segment(split, grows, share);
+        split_segment(split, grows, fraction);
         // A joint that stays straight adds 0.07 N·mm.
-        EXPECT_NEAR(bending_energy(split), whole, 0.02) << share << " of " << whole;
+        EXPECT_NEAR(bending_energy(split), whole, 0.02) << fraction << " of " << whole;
         EXPECT_LT((split.tip() - chain.tip()).norm(), 0.05);
     }
 }
 
-TEST(Chain, WallSharesAreLengthsAndExactlyOneWhereLambdaIsUniform) {
+TEST(Chain, WallFractionsAreLengthsAndExactlyOneWhereLambdaIsUniform) {
     Chain wire = bent_wire(30, 0.8);
     wire.grid.segment_length = 1.1;  // no binary fraction
     std::fill(wire.lengths.begin() + 1, wire.lengths.end(), 1.1);
     wire.devices[0].inserted = wire.inserted_length();
     rebuild_joints(wire);
     assign(wire);
-    for (int i = 1; i < 30; ++i) EXPECT_EQ(wire.wall_share(i), 1.0);
-    for (const int i : {0, 30}) EXPECT_EQ(wire.wall_share(i), 0.5);  // half of their one segment
+    for (int i = 1; i < 30; ++i) EXPECT_EQ(wire.wall_fraction(i), 1.0);
+    for (const int i : {0, 30}) EXPECT_EQ(wire.wall_fraction(i), 0.5);  // half of their one segment
     merge_segments(wire, 10);
-    EXPECT_NEAR(wire.wall_share(10), 1.5, 1e-12);
-    EXPECT_NEAR(wire.wall_share(9), 1.5, 1e-12);
-    EXPECT_EQ(wire.wall_share(12), 1.0);
+    EXPECT_NEAR(wire.wall_fraction(10), 1.5, 1e-12);
+    EXPECT_NEAR(wire.wall_fraction(9), 1.5, 1e-12);
+    EXPECT_EQ(wire.wall_fraction(12), 1.0);
 }
 
 TEST(Chain, TheFirstAndTheLastJointStandForHalfASegmentOrByThePapersRuleForAWholeOne) {
@@ -183,7 +183,7 @@ TEST(Chain, TheFirstAndTheLastJointStandForHalfASegmentOrByThePapersRuleForAWhol
         EXPECT_NEAR(wire.length_of(31), last, 1e-12);
         EXPECT_NEAR(wire.spring_constant(0), wire.rigidity[0] / first, 1e-9);
         EXPECT_NEAR(wire.spring_constant(2), wire.rigidity[2] / 1.35, 1e-9);
-        EXPECT_NEAR(wire.wall_share(31), last / 1.5, 1e-12);
+        EXPECT_NEAR(wire.wall_fraction(31), last / 1.5, 1e-12);
     }
     // Half cells share out the whole wire; the paper's are a segment more.
     double sum = 0;
@@ -225,10 +225,10 @@ TEST(Chain, DirectorsStayPerpendicularAndRestBendsTurnWithTheHub) {
     }
     const int joint = 38;
     const Vec3& u = wire.tangents[joint];
-    const Vec3 before = rest_bend(wire.devices[0], joint, u, d[joint]).way;
+    const Vec3 before = rest_bend(wire.devices[0], joint, u, d[joint]).direction;
     rotate(wire, every_device, 1.1);
     // Torsionally rigid: the whole wire turns by the hub's angle about its own tangent.
-    const Vec3 after = rest_bend(wire.devices[0], joint, u, d[joint]).way;
+    const Vec3 after = rest_bend(wire.devices[0], joint, u, d[joint]).direction;
     EXPECT_LT((after - std::cos(1.1) * before - std::sin(1.1) * u.cross(before)).norm(), 1e-12);
 }
 

@@ -103,7 +103,7 @@ TEST(Crossings, AreFoundWhereTheyAreDeepest) {
     const Ridge ridge(0.4);
     const auto found = crossing(ridge, {0.7, -0.6, 0}, {0.7, 0.4, 0});
     ASSERT_TRUE(found);
-    EXPECT_NEAR(found->share, 0.6, 0.1);
+    EXPECT_NEAR(found->fraction, 0.6, 0.1);
     EXPECT_NEAR(found->depth, 0.7 * std::sin(0.4), precision);
 }
 

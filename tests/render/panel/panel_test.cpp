@@ -281,7 +281,7 @@ TEST_F(PanelTest, DoseIsColouredUpToTheNotificationLevel) {
         r.air_kerma = kerma;
         return draw(r);
     };
-    const auto at = [](double share) { return share * render::DoseNotification::air_kerma; };
+    const auto at = [](double fraction) { return fraction * render::DoseNotification::air_kerma; };
     EXPECT_EQ(count(shown(at(0.49)), ink::caution, column_), 0);
     EXPECT_GT(count(shown(at(0.51)), ink::caution, column_), 100);
     EXPECT_EQ(count(shown(at(0.99)), ink::alarm, column_), 0);

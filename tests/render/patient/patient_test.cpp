@@ -98,8 +98,8 @@ private:
     const Vec3 along_, across_ = along_.unitOrthogonal(), up_ = along_.cross(across_);
     Eigen::Vector2d flat(const Vec3& p) const { return {p.dot(across_), p.dot(up_)}; }
     Eigen::Array2i cell(const Eigen::Vector2d& at) const {
-        const Eigen::Array2d share = (at - all_.min()).array() / all_.sizes().array();
-        return (share * side_).cast<int>().max(0).min(side_ - 1);
+        const Eigen::Array2d fraction = (at - all_.min()).array() / all_.sizes().array();
+        return (fraction * side_).cast<int>().max(0).min(side_ - 1);
     }
 
     const TriangleMesh& mesh_;
@@ -109,9 +109,9 @@ private:
     std::vector<std::vector<std::size_t>> cells_{side_ * side_};
 };
 
-/// Share of a mesh's vertices, about 3000 of them, that lie inside another. A ray may run along an edge: a
+/// Fraction of a mesh's vertices, about 3000 of them, that lie inside another. A ray may run along an edge: a
 /// vertex is outside if two more rays do not both find it inside.
-double share_inside(const TriangleMesh& what, const TriangleMesh& of) {
+double fraction_inside(const TriangleMesh& what, const TriangleMesh& of) {
     const Inside inside(of), second(of, {-0.513, 0.187, 0.838}), third(of, {0.229, -0.671, 0.705});
     int held = 0, all = 0;
     const std::size_t every = what.vertices.size() / 3000 | 1;
@@ -219,18 +219,18 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
                                     {"bones", "trunk"},
                                     {"bowel gas", "trunk"}};
     for (const auto& [inner, outer] : pairs) {
-        EXPECT_GE(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer)), nested)
+        EXPECT_GE(fraction_inside(*mesh_of(layers, inner), *mesh_of(layers, outer)), nested)
             << inner << " in " << outer;
     }
     // Marrow lies under shells of a few tenths of a millimetre, which flat triangles may cut.
     for (const auto& [inner, outer] :
          {std::pair{"marrow", "bones"}, {"trabeculae", "marrow"}, {"marrow voids", "marrow"}}) {
-        EXPECT_GE(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer)), 0.985)
+        EXPECT_GE(fraction_inside(*mesh_of(layers, inner), *mesh_of(layers, outer)), 0.985)
             << inner << " in " << outer;
     }
     TriangleMesh lungs = *mesh_of(layers, "left lung");
     render::append(lungs, *mesh_of(layers, "right lung"));
-    EXPECT_GE(share_inside(*mesh_of(layers, "lung vessels"), lungs), nested);
+    EXPECT_GE(fraction_inside(*mesh_of(layers, "lung vessels"), lungs), nested);
 }
 
 TEST(Patient, HasKidneysOfCortexAndMedulla) {
@@ -247,7 +247,7 @@ TEST(Patient, HasKidneysOfCortexAndMedulla) {
             EXPECT_LT(volume, 190e3) << kidney;
             EXPECT_GT(inner, 0.22 * volume) << kidney << " of seed " << seed;
             EXPECT_LT(inner, 0.36 * volume) << kidney << " of seed " << seed;
-            EXPECT_GE(share_inside(medulla, whole), nested) << kidney << " of seed " << seed;
+            EXPECT_GE(fraction_inside(medulla, whole), nested) << kidney << " of seed " << seed;
         }
     }
 }
@@ -344,7 +344,7 @@ TEST(Patient, HasABrainOfTerritoriesThatShareNoSpace) {
     }
     const double volume = geometry::signed_volume(brain);
     EXPECT_NEAR(sum, volume, 0.01 * volume);
-    // Shares of the hemispheres vary widely (van der Zwan 1993); the middle artery's is the largest.
+    // Fractions of the hemispheres vary widely (van der Zwan 1993); the middle artery's is the largest.
     const double above = sum - volumes[6];
     for (const int side : {0, 1}) {
         EXPECT_NEAR(volumes[0 + side] / above, 0.12, 0.05);
@@ -373,8 +373,9 @@ TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
     for (const char* lung : {"left lung", "right lung"}) {
         const TriangleMesh& mesh = *mesh_of(layers, lung);
         for (const char* other : {"bones", "heart", "diaphragm", "airway", "abdominal fat", "bowel gas"}) {
-            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh), 0.0) << other << " in the " << lung;
-            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other)), 0.0) << "the " << lung << " in " << other;
+            EXPECT_EQ(fraction_inside(*mesh_of(layers, other), mesh), 0.0) << other << " in the " << lung;
+            EXPECT_EQ(fraction_inside(mesh, *mesh_of(layers, other)), 0.0)
+                << "the " << lung << " in " << other;
         }
     }
     // They make room for a vessel where there was lung.

@@ -37,7 +37,7 @@ TEST(Detector, NoiseHasTheVarianceOfAPoissonCount) {
 }
 
 TEST(Detector, CountsOfFewQuantaAreDistributedLikePoissons) {
-    // The share of counts up to each number: 300 000 counts stray by 0.003 at most, three times in four
+    // The fraction of counts up to each number: 300 000 counts stray by 0.003 at most, three times in four
     // thousand (Kolmogorov).
     for (const float mean : {0.5f, 3.9f, 4.0f, 6.5f, 12.0f, 24.9f}) {
         std::vector<double> seen(80, 0.0);

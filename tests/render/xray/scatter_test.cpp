@@ -75,12 +75,12 @@ std::array<double, 3> followed(double thickness, double gap, double kvp, const s
     std::vector<double> energies, sums;
     double all = 0, primary = 0;
     for (double energy = 20.25; energy < kvp; energy += 0.5) {
-        const double share = (kvp - energy) / energy *
-                             std::exp(-render::attenuation(Material::Aluminium, energy) * 2.5 -
-                                      render::attenuation(Material::Copper, energy) * 0.2);
+        const double fraction = (kvp - energy) / energy *
+                                std::exp(-render::attenuation(Material::Aluminium, energy) * 2.5 -
+                                         render::attenuation(Material::Copper, energy) * 0.2);
         energies.push_back(energy);
-        sums.push_back(all += share);
-        primary += share * counted(energy, 1) * std::exp(-tissue(energy) * thickness);
+        sums.push_back(all += fraction);
+        primary += fraction * counted(energy, 1) * std::exp(-tissue(energy) * thickness);
     }
     primary *= grid_transmission(0, 1, 60) / all;
     std::array<double, 3> result{};

@@ -14,13 +14,13 @@ using render::Subtraction;
 
 constexpr int size = 32, middle = 16 * size + 16;
 
-/// A slope of signal, as bones make one, times `share` in a block amid it.
-Field signal(float share) {
+/// A slope of signal, as bones make one, times `fraction` in a block amid it.
+Field signal(float fraction) {
     Field field(size, size);
     for (int j = 0; j < size; ++j) {
         for (int i = 0; i < size; ++i) {
             const bool vessel = i >= 12 && i < 20 && j >= 12 && j < 20;
-            field.values[j * size + i] = (1.0f + 0.1f * static_cast<float>(i)) * (vessel ? share : 1.0f);
+            field.values[j * size + i] = (1.0f + 0.1f * static_cast<float>(i)) * (vessel ? fraction : 1.0f);
         }
     }
     return field;
@@ -53,9 +53,9 @@ TEST(Subtraction, BoneDoesNotPaleAVessel) {
         }
         return field;
     };
-    const auto step = [&](double share) {
+    const auto step = [&](double fraction) {
         render::SubtractionSpec spec;
-        spec.scatter = share;
+        spec.scatter = fraction;
         const Subtraction masked(seen(false), Field(size, size, 1.0f), Field(size, size, 0.3f), spec);
         const Field difference = masked.difference(seen(true));
         return difference.values[20 * size + 14] / difference.values[20 * size + 18];
@@ -67,11 +67,11 @@ TEST(Subtraction, BoneDoesNotPaleAVessel) {
 TEST(Subtraction, DenseContrastKeepsItsShadesAndGhostsDoNotDazzle) {
     // Ever less signal, and ever more.
     int before = 300;
-    for (const float share : {1.4f, 1.2f, 1.0f, 0.7f, 0.5f, 0.35f, 0.25f, 0.18f, 0.12f}) {
-        Field seen(size, size, share);
+    for (const float fraction : {1.4f, 1.2f, 1.0f, 0.7f, 0.5f, 0.35f, 0.25f, 0.18f, 0.12f}) {
+        Field seen(size, size, fraction);
         const Subtraction masked(Field(size, size, 1.0f), Field(size, size, 1.0f));
         const int grey = masked.subtracted(seen).pixels[middle];
-        EXPECT_LT(grey, before - 2) << share;
+        EXPECT_LT(grey, before - 2) << fraction;
         EXPECT_GT(grey, 5);
         EXPECT_LT(grey, 255);
         before = grey;
@@ -90,8 +90,8 @@ TEST(Subtraction, RoadmapKeepsThePeakOfTheContrastUnderTheLiveWire) {
     Subtraction run = subtraction();
     EXPECT_FALSE(run.has_map());
     EXPECT_THROW(run.roadmap(signal(1)), std::logic_error);
-    for (const float share : {1.0f, 0.4f, 0.4f, 0.4f, 0.4f, 0.4f, 0.4f, 0.9f, 1.0f})
-        run.opacify(signal(share));
+    for (const float fraction : {1.0f, 0.4f, 0.4f, 0.4f, 0.4f, 0.4f, 0.4f, 0.9f, 1.0f})
+        run.opacify(signal(fraction));
     Subtraction peak_only = subtraction();
     peak_only.opacify(signal(0.4f));
     EXPECT_LE(render::difference(run.roadmap(signal(1)), peak_only.roadmap(signal(1))).largest, 4);
@@ -117,9 +117,9 @@ TEST(Subtraction, IsBlackBehindTheCollimatorAndStandsNothingAndNaN) {
 
 TEST(Subtraction, MapsOfManyNoisyPulsesGatherLittleNoise) {
     // Without contrast the peak of many single pulses would rise with their number.
-    const auto brightness = [](double share) {
+    const auto brightness = [](double fraction) {
         render::SubtractionSpec spec;
-        spec.map_share = share;
+        spec.map_fraction = fraction;
         std::mt19937 random(8);
         std::normal_distribution<float> noise(1.0f, 0.1f);
         Subtraction run(Field(size, size, 1.0f), Field(size, size, 1.0f), spec);
@@ -133,7 +133,7 @@ TEST(Subtraction, MapsOfManyNoisyPulsesGatherLittleNoise) {
         return sum / (size * size) - spec.roadmap_background;
     };
     EXPECT_GT(brightness(1.0), 5);
-    EXPECT_LT(brightness(render::SubtractionSpec().map_share), 0.65 * brightness(1.0));
+    EXPECT_LT(brightness(render::SubtractionSpec().map_fraction), 0.65 * brightness(1.0));
 }
 
 namespace {

@@ -19,7 +19,7 @@ CArm lump_view(int pixels, double width) {
     return CArm{.lao = 0.6, .cranial = -0.3, .detector_width = width, .pixels = pixels};
 }
 
-/// ∫ share · (1 − ρ²)^(3/2) along a ray, by sums over small steps [mm].
+/// ∫ fraction · (1 − ρ²)^(3/2) along a ray, by sums over small steps [mm].
 double summed(const TextureBlob& blob, const Vec3& from, const Vec3& way) {
     const Vec3 middle = blob.middle.cast<double>(), axis = blob.axis.cast<double>();
     const double at = (middle - from).dot(way), reach = 1.2 * blob.radius * blob.elongation;
@@ -32,7 +32,7 @@ double summed(const TextureBlob& blob, const Vec3& from, const Vec3& way) {
             (along * along / std::pow(blob.elongation, 2) + across) / std::pow(blob.radius, 2);
         if (square < 1) sum += std::pow(1 - square, 1.5);
     }
-    return blob.share * sum * 2 * reach / steps;
+    return blob.fraction * sum * 2 * reach / steps;
 }
 
 TEST(TextureBlobs, CastTheIntegralOfTheirShareAlongEachRay) {

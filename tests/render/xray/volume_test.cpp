@@ -20,7 +20,7 @@ using render::Material;
 using render::VolumeGrid;
 using render::VolumeRayCaster;
 
-constexpr double full_share = 10000;  // the sample that stands for a share of 1
+constexpr double full_fraction = 10000;  // the sample that stands for a fraction of 1
 
 /// A grid of equal steps about the isocentre, turned if `oblique`.
 VolumeGrid grid_about(const Vec3& middle, double step, std::array<int, 3> size, bool oblique) {
@@ -36,7 +36,7 @@ VolumeGrid grid_about(const Vec3& middle, double step, std::array<int, 3> size, 
     return grid;
 }
 
-DensityVolume filled(const VolumeGrid& grid, const std::function<double(const Vec3&)>& share) {
+DensityVolume filled(const VolumeGrid& grid, const std::function<double(const Vec3&)>& fraction) {
     DensityVolume volume;
     volume.name = "phantom";
     volume.grid = grid;
@@ -45,9 +45,9 @@ DensityVolume filled(const VolumeGrid& grid, const std::function<double(const Ve
         for (int j = 0; j < grid.size[1]; ++j)
             for (int i = 0; i < grid.size[0]; ++i)
                 volume.samples[grid.index(i, j, k)] =
-                    static_cast<std::int16_t>(std::lround(full_share * share(grid.at(i, j, k))));
+                    static_cast<std::int16_t>(std::lround(full_fraction * fraction(grid.at(i, j, k))));
     volume.parts.push_back(
-        {Material::SoftTissue, Material::Air, {{-3 * full_share, -3}, {3 * full_share, 3}}});
+        {Material::SoftTissue, Material::Air, {{-3 * full_fraction, -3}, {3 * full_fraction, 3}}});
     return volume;
 }
 
@@ -68,8 +68,8 @@ void for_each_ray(const CArm& arm, const std::function<void(int, int, const Vec3
 }  // namespace
 
 TEST(VolumeRayCaster, LengthsThroughALinearFieldAreExact) {
-    // Shares are whole samples, linear in i, j and k; rays that enter and leave by the faces of the axis that
-    // they are cast along see the whole slab, half a step beyond the outermost samples.
+    // Fractions are whole samples, linear in i, j and k; rays that enter and leave by the faces of the axis
+    // that they are cast along see the whole slab, half a step beyond the outermost samples.
     for (const bool oblique : {false, true}) {
         DensityVolume volume;
         volume.grid = grid_about({10, -20, 300}, 2.0, {61, 53, 57}, oblique);
@@ -99,10 +99,10 @@ TEST(VolumeRayCaster, LengthsThroughALinearFieldAreExact) {
                             !(from[a] + t * d[a] > 0.5 && from[a] + t * d[a] < grid.size[a] - 1.5))
                             return;
                 const Vec3 middle = from + 0.5 * (enters + leaves) * d;
-                const double share = 0.5 + 0.003 * middle[0] - 0.002 * middle[1] + 0.0011 * middle[2];
+                const double fraction = 0.5 + 0.003 * middle[0] - 0.002 * middle[1] + 0.0011 * middle[2];
                 ++rays;
                 EXPECT_NEAR(length.values[static_cast<std::size_t>(j * arm.pixels + i)],
-                            share * (leaves - enters), 5e-4);
+                            fraction * (leaves - enters), 5e-4);
             });
         }
         EXPECT_GT(rays, 1000);
@@ -133,7 +133,7 @@ TEST(VolumeRayCaster, GaussianAgreesWithItsClosedForm) {
 }
 
 TEST(VolumeRayCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
-    // Samples hold the share of their cell that lies in the sphere, from 4³ places.
+    // Samples hold the fraction of their cell that lies in the sphere, from 4³ places.
     const Vec3 middle(10, -20, 300);
     constexpr double radius = 40;
     double before = std::numeric_limits<double>::infinity();
@@ -175,9 +175,9 @@ TEST(VolumeRayCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
     // Independent samples are rougher than any CT; means of 3 × 3 × 3 of them are as rough as its noise.
     const unsigned seed = 20260708;
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> share(0.0, 1.0);
+    std::uniform_real_distribution<double> fraction(0.0, 1.0);
     const VolumeGrid grid = grid_about({10, -20, 300}, 0.7, {120, 120, 120}, true);
-    DensityVolume rough = filled(grid, [&](const Vec3&) { return share(random); }), blurred = rough;
+    DensityVolume rough = filled(grid, [&](const Vec3&) { return fraction(random); }), blurred = rough;
     for (int a = 0; a < 3; ++a) {
         const std::vector<std::int16_t> before = blurred.samples;
         const std::size_t step = a == 0 ? 1 : a == 1 ? 120 : 120 * 120;
@@ -226,7 +226,7 @@ TEST(VolumeRayCaster, OneVolumeGivesSeveralMaterialsAndAnyNumberOfThreadsTheSame
     for (std::size_t p = 0; p < a.size(); ++p) {
         EXPECT_EQ(a[p].values, b[p].values);
         // All parts are multiples of one another.
-        const double factor = volume.parts[p].knots[1].share / volume.parts[0].knots[1].share;
+        const double factor = volume.parts[p].knots[1].fraction / volume.parts[0].knots[1].fraction;
         for (std::size_t i = 0; i < a[p].values.size(); i += 37)
             EXPECT_NEAR(a[p].values[i], factor * a[0].values[i], 1e-4 * (1 + factor * a[0].values[i]));
     }
@@ -273,7 +273,7 @@ TEST(VolumeRayCaster, UnusableVolumesAreRefusedWithEverythingWrong) {
     EXPECT_TRUE(render::problems(volume).empty());
     volume.samples.pop_back();
     volume.grid.steps[1] = volume.grid.steps[0];
-    volume.parts[0].knots[1].share = std::nan("");
+    volume.parts[0].knots[1].fraction = std::nan("");
     EXPECT_EQ(render::problems(volume).size(), 3u);
     EXPECT_THROW(VolumeRayCaster{volume}, std::invalid_argument);
     volume.grid.size = {0, 4, 4};

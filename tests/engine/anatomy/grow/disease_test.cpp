@@ -84,16 +84,16 @@ TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
     for (int j = 0; j < arm.pixels; ++j) {
         for (int i = 0; i < arm.pixels; ++i) {
             const std::size_t pixel = static_cast<std::size_t>(j) * arm.pixels + i;
-            const double share = with.values[pixel] / without.values[pixel];
+            const double fraction = with.values[pixel] / without.values[pixel];
             double nearest = std::numeric_limits<double>::infinity();
             for (std::size_t k = 0; k < shadows.size(); ++k) {
                 for (const Vec3& p : shadows[k]) {
                     const double distance = (p - Vec3(i + 0.5, j + 0.5, 0)).norm();
                     nearest = std::min(nearest, distance);
-                    if (distance < 3) darkest[k] = std::min(darkest[k], share);
+                    if (distance < 3) darkest[k] = std::min(darkest[k], fraction);
                 }
             }
-            if (nearest > 30) beside.push_back(share);
+            if (nearest > 30) beside.push_back(fraction);
         }
     }
     // The automatic exposure answers the calcium by a little more voltage: the whole image is brighter, most

@@ -147,7 +147,7 @@ TEST(VesselParts, RandomPlacesLieWhereTheGeometrySaysTheyDo) {
              {"iliac-renal", "femoral", "aorta", "lca", "rca", "cerebral", "arch-bovine"}) {
             SCOPED_TRACE(fmt::format("{}, seed {}", preset, seed));
             std::mt19937 random(seed);
-            const auto share = [&random] { return std::ldexp(static_cast<double>(random()), -32); };
+            const auto fraction = [&random] { return std::ldexp(static_cast<double>(random()), -32); };
             const double amplitude = seed % 2 == 0 ? 1.0 : 0.0;
             const std::string waves =
                 fmt::format("[[tortuosity]]\namplitude_mm = {}\nwavelength_mm = 60\n", amplitude);
@@ -175,7 +175,7 @@ TEST(VesselParts, RandomPlacesLieWhereTheGeometrySaysTheyDo) {
                 // Of two parts of one name neither has a name of its own.
                 if (std::ranges::count(parts, part.name, &PartPlace::name) > 1) continue;
                 if (std::ranges::count(spec.branches, part.name, &BranchSpec::name) > 0) continue;
-                const double at = share() * (part.end - part.start);
+                const double at = fraction() * (part.end - part.start);
                 VesselTreeSpec asked = spec;
                 asked.targets = {{"goal", part.name, at}};
                 complete_branch_names(asked);

@@ -54,10 +54,10 @@ TEST(LumenVoxels, CheapestWaysKeepToTheMiddle) {
     const std::vector<float> distances = voxels.distances(geometry::MeshQuery(open), 1);
     const int root = voxels.nearest({0, 0, 0}),
               goal = voxels.nearest({25 * std::sin(1.6), 25 - 25 * std::cos(1.6), 0});
-    const VoxelWays ways = cheapest_ways(voxels, distances, root);
+    const VoxelPaths ways = cheapest_paths(voxels, distances, root);
     ASSERT_TRUE(ways.reached(goal));
-    EXPECT_EQ(ways.way(goal).back(), root);
-    for (const int v : ways.way(goal)) {
+    EXPECT_EQ(ways.path(goal).back(), root);
+    for (const int v : ways.path(goal)) {
         const Vec3 p = voxels.centre(v);
         EXPECT_LT(std::hypot(std::hypot(p.x(), p.y() - 25) - 25, p.z()), 0.8);
     }

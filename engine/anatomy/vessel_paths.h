@@ -10,9 +10,9 @@
 namespace anatomy {
 
 /// Finds once where branches start and end on others, so that a way may be asked for in every frame.
-class VesselWays {
+class VesselPaths {
 public:
-    explicit VesselWays(const Anatomy&);
+    explicit VesselPaths(const Anatomy&);
 
     /// Length of the shortest way from one place to the other; empty for trees that do not meet [mm].
     std::optional<double> between(const VesselPlace&, const VesselPlace&) const;

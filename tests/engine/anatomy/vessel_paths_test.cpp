@@ -1,4 +1,4 @@
-#include "engine/anatomy/vessel_ways.h"
+#include "engine/anatomy/vessel_paths.h"
 
 #include <gtest/gtest.h>
 #include <queue>
@@ -50,10 +50,10 @@ std::optional<double> way_over_samples(const Anatomy& anatomy, const VesselPlace
 
 }  // namespace
 
-TEST(VesselWays, AreTheShortestOverAllSamples) {
+TEST(VesselPaths, AreTheShortestOverAllSamples) {
     for (const Anatomy& anatomy : {generate(test::small_loop()), generate(test::small_confluence()),
                                    Anatomy(test::small_anatomy()), Anatomy(test::iliac_renal())}) {
-        const VesselWays ways(anatomy);
+        const VesselPaths ways(anatomy);
         constexpr unsigned seed = 5;
         std::mt19937 random(seed);
         const auto any_place = [&] {
@@ -72,13 +72,13 @@ TEST(VesselWays, AreTheShortestOverAllSamples) {
     }
 }
 
-TEST(VesselWays, NoneLeadsFromOneTreeToAnother) {
+TEST(VesselPaths, NoneLeadsFromOneTreeToAnother) {
     Anatomy two = test::small_anatomy();
     geometry::CentrelineBranch apart = two.branches[0];
     apart.name = "apart";
     for (geometry::Vec3& p : apart.points) p.z() += 100;
     two.branches.push_back(apart);
-    const VesselWays ways(two);
+    const VesselPaths ways(two);
     EXPECT_FALSE(ways.between({0, 3, 0}, {2, 3, 0}));
     EXPECT_TRUE(ways.between({0, 3, 0}, {1, 3, 0}));
     EXPECT_EQ(centreline_distance(two, {15, 0, 0}, {15, 0, 100}), 100);
