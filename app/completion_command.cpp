@@ -141,7 +141,8 @@ std::string for_bash(const std::vector<CommandWords>& all) {
     text += shared_functions;
     text += R"sh(
 _seldinger() {
-    local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} seldinger=${COMP_WORDS[0]}
+    local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
+    local seldinger=${COMP_WORDS[0]/#\~\//$HOME/}
     local command='' below='' options='' value='' word k=1 place=0
     local -a arguments=()
     COMPREPLY=()
@@ -198,7 +199,7 @@ std::string for_zsh(const std::vector<CommandWords>& all) {
     text += shared_functions;
     text += R"sh(
 _seldinger() {
-    local current=${words[CURRENT]} before='' seldinger=${words[1]}
+    local current=${words[CURRENT]} before='' seldinger=${words[1]/#\~\//$HOME/}
     local command='' below='' options='' value='' word
     local -a arguments names
     integer k=2 place=0
@@ -255,6 +256,7 @@ std::string short_of(const std::string& summary) {
 std::string for_fish(const std::vector<CommandWords>& all) {
     std::string text =
         "# Completes command lines of seldinger in fish; made by 'seldinger completion fish'.\n"
+        "# Whether a word of these comes next ('next PATH'), or the line is of this command ('in PATH').\n"
         "function __seldinger_at\n"
         "    set -l words (commandline -opc)\n"
         "    set -e words[1]\n"
@@ -263,15 +265,11 @@ std::string for_fish(const std::vector<CommandWords>& all) {
         "        string match -q -- '-*' $word; and break\n"
         "        set -a given $word\n"
         "    end\n"
-        "    if test (count $argv) -eq 0\n"
-        "        test (count $given) -eq 0\n"
-        "        return\n"
-        "    end\n"
-        "    set -l at (string join ' ' -- $given)\n"
-        "    test \"$at\" = \"$argv\"; or string match -q -- \"$argv *\" \"$at\"\n"
+        "    test \"$given\" = \"$argv[2..]\"; and return\n"
+        "    test $argv[1] = in; and string match -q -- \"$argv[2..] *\" \"$given\"\n"
         "end\n"
         "function __seldinger_names\n"
-        "    set -l seldinger (commandline -opc)[1]\n"
+        "    set -l seldinger (string replace -r '^~/' ~/ -- (commandline -opc)[1])\n"
         "    switch $argv[1]\n"
         "        case exercises\n"
         "            $seldinger list 2>/dev/null | sed -n '2,$s/ .*//p'\n"
@@ -282,33 +280,34 @@ std::string for_fish(const std::vector<CommandWords>& all) {
         "    end\n"
         "end\n"
         "complete -c seldinger -f\n";
+    // -F offers files, -f none.
     const auto completed_by = [](const Values& values) -> std::string {
         using Of = Values::Of;
         switch (values.of) {
             case Of::Words:
-                return " -a " + in_quotes(io::joined(values.words, " "));
+                return " -f -a " + in_quotes(io::joined(values.words, " "));
             case Of::Files:
                 return " -F";
             case Of::Folders:
-                return " -a '(__fish_complete_directories)'";
+                return " -f -a '(__fish_complete_directories)'";
             case Of::Exercises:
                 return " -F -a '(__seldinger_names exercises)'";
             case Of::Devices:
                 return " -F -a '(__seldinger_names devices)'";
             case Of::Studies:
-                return " -a '(__seldinger_names studies)'";
+                return " -f -a '(__seldinger_names studies)'";
             case Of::None:
-                return "";
+                return " -f";
         }
         return "";
     };
     for (const CommandWords& command : all) {
-        const std::string at = "complete -c seldinger -n " +
-                               in_quotes("__seldinger_at" + (command.path.empty() ? "" : " " + command.path));
+        std::string at = command.below.empty() ? "__seldinger_at in" : "__seldinger_at next";
+        if (!command.path.empty()) at += " " + command.path;
+        at = "complete -c seldinger -n " + in_quotes(at);
         for (const auto& [name, summary] : command.below)
             text += fmt::format("{} -a {} -d {}\n", at, name, in_quotes(summary));
-        for (const Values& values : command.arguments)
-            if (const std::string by = completed_by(values); !by.empty()) text += at + by + "\n";
+        for (const Values& values : command.arguments) text += at + completed_by(values) + "\n";
         for (const OptionWords& option : command.options) {
             std::string names;
             for (const std::string& name : option.names)

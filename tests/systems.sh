@@ -7,7 +7,8 @@
 #   GL        osmesa or egl
 #   COMPILER  g++, or clang++ of the system
 # Without arguments: bookworm/egl/clang++ trixie/osmesa trixie/egl sid/egl noble/osmesa jammy/osmesa.
-# Ubuntu's need its keys, from the package ubuntu-archive-keyring or in SELDINGER_UBUNTU_KEYS.
+# Ubuntu's need its keys, from the package ubuntu-keyring (of Debian 13 or later; it can be unpacked on any) or in the file
+# SELDINGER_UBUNTU_KEYS.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source=$PWD

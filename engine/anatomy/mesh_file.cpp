@@ -399,13 +399,23 @@ geometry::TriangleMesh from_polydata(const fs::path& path) {
     return {std::move(data.points), std::move(data.triangles)};
 }
 
-/// Opens regular files alone: a mesh may name others, such as materials.
-class RegularFiles final : public Assimp::DefaultIOSystem {
+/// Opens regular files alone: a mesh may name others, such as materials. Assimp 6 lets nothing derive from
+/// its own files.
+class RegularFiles final : public Assimp::IOSystem {
 public:
     Assimp::IOStream* Open(const char* file, const char* mode) override {
         std::error_code ignored;
-        return fs::is_regular_file(file, ignored) ? DefaultIOSystem::Open(file, mode) : nullptr;
+        return fs::is_regular_file(file, ignored) ? files_.Open(file, mode) : nullptr;
     }
+    void Close(Assimp::IOStream* stream) override { files_.Close(stream); }
+    bool Exists(const char* file) const override { return files_.Exists(file); }
+    bool ComparePaths(const char* one, const char* other) const override {
+        return files_.ComparePaths(one, other);
+    }
+    char getOsSeparator() const override { return files_.getOsSeparator(); }
+
+private:
+    Assimp::DefaultIOSystem files_;
 };
 
 // Normals are not needed, and STL's would keep its corners apart: the corners are welded below. Nodes of a

@@ -87,7 +87,7 @@ private:
         std::vector<Number> read(static_cast<std::size_t>(count));
         for (Number& number : read) {
             if constexpr (std::is_same_v<Number, std::int64_t>)
-                number = words_.whole(what, std::int64_t{-1} << 52, std::int64_t{1} << 52);
+                number = words_.whole(what, -(std::int64_t{1} << 52), std::int64_t{1} << 52);
             else
                 number = words_.number(what);
         }

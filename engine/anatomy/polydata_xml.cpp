@@ -279,7 +279,7 @@ private:
     template <class Number>
     static Number next(TextScanner& words, const std::string& place) {
         if constexpr (std::is_same_v<Number, std::int64_t>)
-            return words.whole(place, std::int64_t{-1} << 52, std::int64_t{1} << 52);
+            return words.whole(place, -(std::int64_t{1} << 52), std::int64_t{1} << 52);
         else
             return words.number(place);
     }

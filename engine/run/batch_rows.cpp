@@ -58,8 +58,12 @@ void write_rows(const std::map<int, BatchRow>& rows, const fs::path& out) {
     for (const auto& [number, row] : rows) {
         io::append_row(csv, row.cells);
         BatchJson cells = BatchJson::array();
-        for (const io::CsvCell& cell : row.cells)
-            std::visit([&cells](const auto& value) { cells.push_back(value); }, cell);
+        for (const io::CsvCell& cell : row.cells) {
+            if (const double* value = std::get_if<double>(&cell))
+                cells.push_back(*value);
+            else
+                cells.push_back(std::get<std::string>(cell));
+        }
         json.push_back({{"of", row.of}, {"failed", row.failed}, {"cells", cells}});
     }
     const std::string kept = json.dump(-1, ' ', false, BatchJson::error_handler_t::replace);

@@ -361,7 +361,9 @@ struct Sheet {
         renderer.set_coverage(atlas_texture,
                               {columns, rows, {coverage, coverage + std::size_t(columns) * rows}});
         atlas.SetTexID(texture_id(atlas_texture));
+#if IMGUI_VERSION_NUM < 19200  // later ones would drop the glyphs as well
         atlas.ClearInputData();
+#endif
         atlas.ClearTexData();
     }
 

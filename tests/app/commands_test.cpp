@@ -339,18 +339,98 @@ ask() {
     }
 }
 
-TEST_F(Commands, CompletionOfOtherShellsIsReadByThem) {
-    for (const char* shell : {"zsh", "fish"}) {
-        const std::string script = succeeded(folder, {"completion", shell}).out;
-        for (const KnownCommand& command : all_commands())
-            for (const KnownOption& option : command.options)
-                test::expect_said(script, option.name.substr(option.name.rfind("--") + 2));
-        write(folder / shell, script);
-        const std::string look =
-            "command -v " + std::string(shell) + " >/dev/null || exit 0; exec " + shell + " -n ./" + shell;
-        const Outcome result = Started(folder, {"bash", "-c", look}).wait();
-        EXPECT_EQ(result.code, 0) << result.error;
+/// What a script says of each option of each command.
+void expect_options(const std::string& script) {
+    for (const KnownCommand& command : all_commands())
+        for (const KnownOption& option : command.options)
+            test::expect_said(script, option.name.substr(option.name.rfind("--") + 2));
+}
+
+bool has(const test::TemporaryFolder& folder, const std::string& shell) {
+    return Started(folder, {"bash", "-c", "command -v " + shell}).wait().code == 0;
+}
+
+TEST_F(Commands, AreCompletedInZsh) {
+    const std::string script = succeeded(folder, {"completion", "zsh"}).out;
+    expect_options(script);
+    if (!has(folder, "zsh")) GTEST_SKIP() << "zsh was not found: apt-get install zsh";
+    write(folder / "_seldinger", script);
+    std::filesystem::create_directory(folder / "mine");
+    // Typed at a terminal; a key writes what zsh would show for the line into a file.
+    write(folder / "shell.zsh", R"(
+PS1= fpath=($PWD $fpath)
+autoload -Uz compinit
+compinit -u -D
+offers() {
+    local -aU all
+    compadd() {
+        local -a offered
+        [[ " $*" == *\ -[OAD]\ * ]] || builtin compadd -A offered "$@"
+        all+=($offered)
+        builtin compadd "$@"
     }
+    _main_complete
+    print -r -- $all >offers
+}
+zle -C offers list-choices offers
+bindkey '^T' offers
+)");
+    write(folder / "ask.zsh", R"(
+zmodload zsh/zpty
+zpty shell zsh -f -i
+zpty -w shell 'source ./shell.zsh; print READY $((1 + 1))'
+zpty -r shell shown '*READY 2*'
+zpty -w -n shell "$1"$'\x14'
+repeat 200; do
+    zpty -r -t shell shown
+    [[ -f offers && $(wc -l <offers) -gt 0 ]] && break
+    sleep 0.05
+done
+cat offers
+rm offers
+)");
+    const auto completed = [&](const std::string& words) {
+        const Outcome result =
+            Started(folder, {"zsh", "-f", "ask.zsh", std::string(SELDINGER_PROGRAM) + " " + words}).wait();
+        EXPECT_EQ(result.error, "") << words;
+        return result.out;
+    };
+    EXPECT_EQ(completed("re"), "replay render relax\n");
+    EXPECT_EQ(completed("run re"), "renal_right renal renal_timed renal_low_dose renal_cobra\n");
+    EXPECT_EQ(completed("run renal --fr"), "--frames\n");
+    EXPECT_EQ(completed("run renal --frames "), "all none\n");
+    EXPECT_EQ(completed("run renal --every "), "\n");
+    EXPECT_EQ(completed("run renal --out mi"), "mine\n");
+    EXPECT_EQ(completed("anatomy generate ili"), "iliac-renal\n");
+    EXPECT_EQ(completed("device show cobra"), "cobra4f cobra5f\n");
+    EXPECT_EQ(completed("study accu"), "accuracy\n");
+}
+
+TEST_F(Commands, AreCompletedInFish) {
+    const std::string script = succeeded(folder, {"completion", "fish"}).out;
+    expect_options(script);
+    if (!has(folder, "fish")) GTEST_SKIP() << "fish was not found: apt-get install fish";
+    write(folder / "seldinger.fish", script);
+    std::filesystem::create_directory(folder / "mine");
+    const auto completed = [&](const std::string& words) {
+        const std::string ask = "source seldinger.fish; complete -C '" + std::string(SELDINGER_PROGRAM) +
+                                " " + words + "' | string split -f 1 \\t | string join ' '";
+        const Outcome result = Started(folder, {"fish", "--no-config", "-c", ask}).wait();
+        EXPECT_EQ(result.error, "") << words;
+        return result.out;
+    };
+    EXPECT_EQ(completed("re"), "relax render replay\n");
+    EXPECT_EQ(completed("run re"), "renal renal_cobra renal_low_dose renal_right renal_timed\n");
+    EXPECT_EQ(completed("run renal --fr"), "--frames\n");
+    EXPECT_EQ(completed("run renal --frames "), "all none\n");
+    EXPECT_EQ(completed("run renal --every "), "");
+    EXPECT_EQ(completed("run renal --out "), "mine/\n");
+    EXPECT_EQ(completed("anatomy "), "check generate import show voxelise\n");
+    EXPECT_EQ(completed("anatomy generate "),
+              "aorta arch-1 arch-2 arch-3 arch-arms arch-bovine arch-lca cerebral circle femoral iliac-renal "
+              "lca rca\n");
+    EXPECT_EQ(completed("device show cobra"), "cobra4f cobra5f\n");
+    EXPECT_EQ(completed("study accu"), "accuracy\n");
 }
 
 TEST_F(Commands, EndQuietlyWhereTheirReaderHasLeft) {
