@@ -18,7 +18,6 @@
 #include "engine/exercise/imaging.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "engine/patient/voxelise.h"
 

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "app/command.h"
-#include "engine/io/shard.h"
 #include "engine/io/text.h"
 
 namespace app {

@@ -9,7 +9,6 @@
 #include "app/played_attempt.h"
 #include "engine/author/check.h"
 #include "engine/author/solution.h"
-#include "engine/author/standard.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/files.h"
 #include "engine/run/headless.h"

@@ -11,7 +11,7 @@
 #include "app/progress_bar.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/shard.h"
+#include "engine/io/text.h"
 #include "engine/run/batch.h"
 
 namespace app {

@@ -14,7 +14,6 @@
 #include "engine/exercise/grade.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
 #include "engine/run/headless.h"
 #include "engine/script/recording.h"
 

@@ -14,7 +14,6 @@
 #include "engine/debrief/page.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "engine/script/recording.h"
 

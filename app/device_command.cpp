@@ -7,7 +7,6 @@
 
 #include "app/command.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
 #include "engine/scenario/device.h"
 
 namespace app {

@@ -8,7 +8,7 @@
 #include "app/command.h"
 #include "app/json.h"
 #include "app/progress_bar.h"
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"

@@ -10,7 +10,7 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
-#include "engine/episode/frame_line.h"
+#include "engine/episode/episode.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/run/picture_file.h"

@@ -12,7 +12,7 @@
 #include "app/progress_bar.h"
 #include "app/study_arguments.h"
 #include "engine/io/error.h"
-#include "engine/io/shard.h"
+#include "engine/io/text.h"
 #include "engine/studies/shards.h"
 #include "engine/studies/study.h"
 

@@ -228,7 +228,7 @@ TEST(Layering, CommandsPrintThroughOneDoor) {
 
 TEST(Layering, RulesRefuseWhatTheyShould) {
     EXPECT_FALSE(allowed("physics/wire/energy.cpp", "boost/array.hpp"));
-    EXPECT_FALSE(allowed("engine/io/table.cpp", "sqlite3.h"));
+    EXPECT_FALSE(allowed("engine/io/csv.cpp", "sqlite3.h"));
     EXPECT_TRUE(allowed("engine/io/files.cpp", "unistd.h"));
     EXPECT_FALSE(allowed("physics/wire/energy.cpp", "render/picture/image.h"));
     EXPECT_FALSE(allowed("physics/wire/energy.cpp", "physics/relax/relaxer.h"));

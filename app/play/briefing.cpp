@@ -9,7 +9,7 @@
 #include "app/play/map.h"
 #include "app/play/play.h"
 #include "app/play/theme.h"
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/grade.h"
 
 namespace app {

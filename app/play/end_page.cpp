@@ -7,7 +7,7 @@
 
 #include "app/play/play.h"
 #include "app/play/theme.h"
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/grade.h"
 #include "render/panel/readout.h"
 

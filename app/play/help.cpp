@@ -6,7 +6,7 @@
 
 #include "app/play/play.h"
 #include "app/play/theme.h"
-#include "engine/room/injections.h"
+#include "engine/room/grasp.h"
 
 namespace app {
 namespace {

@@ -20,7 +20,6 @@
 #include "engine/exercise/grade.h"
 #include "engine/room/attempts.h"
 #include "engine/room/keys.h"
-#include "engine/room/learners.h"
 #include "engine/room/results.h"
 #include "engine/room/session.h"
 #include "engine/scenario/scenario.h"

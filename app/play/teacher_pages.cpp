@@ -8,7 +8,7 @@
 
 #include "app/play/teacher.h"
 #include "app/play/theme.h"
-#include "engine/exercise/teacher_marks.h"
+#include "engine/exercise/score.h"
 #include "render/panel/readout.h"
 
 namespace app {

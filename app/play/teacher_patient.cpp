@@ -8,7 +8,7 @@
 #include "app/play/map.h"
 #include "app/play/teacher.h"
 #include "app/play/theme.h"
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/complications.h"
 
 namespace app {

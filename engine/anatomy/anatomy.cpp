@@ -185,10 +185,9 @@ void check_radii(const Anatomy& anatomy, std::vector<std::string>& found) {
         std::vector<Ratio> ratios;
         const std::size_t stride = std::max<std::size_t>(1, branch.points.size() / most_samples);
         for (std::size_t i = 0; i < branch.points.size(); i += stride) {
-            const bool at_end =
-                std::any_of(anatomy.ends.begin(), anatomy.ends.end(), [&](const VesselEnd& end) {
-                    return (branch.points[i] - end.opening.centre).norm() < 2 * end.opening.radius;
-                });
+            const bool at_end = std::ranges::any_of(anatomy.ends, [&](const VesselEnd& end) {
+                return (branch.points[i] - end.opening.centre).norm() < 2 * end.opening.radius;
+            });
             if (at_end) continue;
             const double distance = std::max(wall.distance(branch.points[i]), 1e-6);
             ratios.push_back({branch.radii[i] / distance, i});

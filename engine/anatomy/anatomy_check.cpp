@@ -2,17 +2,96 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <fmt/format.h>
 #include <limits>
+#include <set>
+#include <unordered_map>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 
 namespace anatomy {
 namespace {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
+double smallest_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto angle = [](const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); };
+    return std::min({angle(b - a, c - a), angle(c - b, a - b), angle(a - c, b - c)});
+}
+
+/// Whether the segment from p to q crosses the triangle (Möller and Trumbore 1997).
+bool crosses(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 along = q - p, u = b - a, v = c - a, normal = along.cross(v);
+    const double determinant = u.dot(normal);
+    if (std::abs(determinant) < 1e-14) return false;
+    const Vec3 from = p - a, other = from.cross(u);
+    const double s = from.dot(normal) / determinant, t = along.dot(other) / determinant,
+                 at = v.dot(other) / determinant;
+    return s >= 0 && t >= 0 && s + t <= 1 && at >= 0 && at <= 1;
+}
+
+class Boxes {
+public:
+    explicit Boxes(const TriangleMesh& mesh) : mesh_(mesh) {
+        double sum = 0;
+        for (const auto& t : mesh.triangles) sum += (corner(t, 1) - corner(t, 0)).norm();
+        edge_ = 2 * sum / static_cast<double>(std::max<std::size_t>(1, mesh.triangles.size()));
+        for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i)
+            for_boxes(i, [&](std::uint64_t box) { held_[box].push_back(i); });
+    }
+    std::vector<std::pair<int, int>> crossing_pairs() const {
+        std::vector<std::pair<int, int>> pairs;
+        std::vector<int> near;
+        for (int i = 0; i < static_cast<int>(mesh_.triangles.size()); ++i) {
+            near.clear();
+            for_boxes(i, [&](std::uint64_t box) {
+                for (const int j : held_.at(box))
+                    if (j > i) near.push_back(j);
+            });
+            std::ranges::sort(near);
+            near.erase(std::unique(near.begin(), near.end()), near.end());
+            for (const int j : near)
+                if (cross(mesh_.triangles[i], mesh_.triangles[j])) pairs.emplace_back(i, j);
+        }
+        return pairs;
+    }
+
+private:
+    using Triangle = std::array<int, 3>;
+    const Vec3& corner(const Triangle& t, int k) const { return mesh_.vertices[t[k]]; }
+    template <class Visit>
+    void for_boxes(int triangle, Visit visit) const {
+        const Triangle& t = mesh_.triangles[triangle];
+        const Vec3 low = corner(t, 0).cwiseMin(corner(t, 1)).cwiseMin(corner(t, 2)) / edge_,
+                   high = corner(t, 0).cwiseMax(corner(t, 1)).cwiseMax(corner(t, 2)) / edge_;
+        const auto cell = [](double x) { return static_cast<std::int64_t>(std::floor(x)); };
+        for (auto z = cell(low.z()); z <= cell(high.z()); ++z)
+            for (auto y = cell(low.y()); y <= cell(high.y()); ++y)
+                for (auto x = cell(low.x()); x <= cell(high.x()); ++x)
+                    visit(static_cast<std::uint64_t>((z & 0x1fffff) << 42 | (y & 0x1fffff) << 21 |
+                                                     (x & 0x1fffff)));
+    }
+    bool cross(const Triangle& s, const Triangle& t) const {
+        for (const int a : s)
+            for (const int b : t)
+                if (a == b) return false;
+        for (int k = 0; k < 3; ++k) {
+            if (crosses(corner(s, k), corner(s, (k + 1) % 3), corner(t, 0), corner(t, 1), corner(t, 2)) ||
+                crosses(corner(t, k), corner(t, (k + 1) % 3), corner(s, 0), corner(s, 1), corner(s, 2)))
+                return true;
+        }
+        return false;
+    }
+
+    const TriangleMesh& mesh_;
+    double edge_ = 1;
+    std::unordered_map<std::uint64_t, std::vector<int>> held_;
+};
 
 using Verdict = Check::Verdict;
 
@@ -40,8 +119,7 @@ constexpr Unit units[] = {{"mm", 1}, {"cm", 10}, {"m", 1000}};
 
 /// Units in which the vessels would have a usual size.
 std::string other_units(double median, const std::string& taken) {
-    const Unit* used =
-        std::find_if(std::begin(units), std::end(units), [&](const Unit& u) { return u.name == taken; });
+    const Unit* used = std::ranges::find(units, taken, &Unit::name);
     std::string text;
     for (const Unit& unit : units) {
         const double radius = median / used->mm * unit.mm;
@@ -118,10 +196,9 @@ std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh&
     for (const auto& branch : anatomy.branches) {
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
             const Vec3& p = branch.points[i];
-            const bool at_end =
-                std::any_of(anatomy.ends.begin(), anatomy.ends.end(), [&](const VesselEnd& end) {
-                    return (p - end.opening.centre).norm() < 2 * end.opening.radius;
-                });
+            const bool at_end = std::ranges::any_of(anatomy.ends, [&](const VesselEnd& end) {
+                return (p - end.opening.centre).norm() < 2 * end.opening.radius;
+            });
             if (at_end) continue;
             ++samples;
             const std::string where = fmt::format("{}, sample {} at {}", branch.name, i, io::place_text(p));
@@ -188,6 +265,40 @@ Check ends_reached(const Anatomy& anatomy) {
 
 }  // namespace
 
+TriangleAngles smallest_angles(const TriangleMesh& mesh) {
+    std::vector<double> angles;
+    for (const auto& t : mesh.triangles)
+        angles.push_back(smallest_angle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
+    if (angles.empty()) return {};
+    std::ranges::sort(angles);
+    return {angles.front(), angles[angles.size() / 100]};
+}
+
+int euler_characteristic(const TriangleMesh& mesh) {
+    std::set<int> corners;
+    std::vector<std::uint64_t> edges;
+    for (const auto& t : mesh.triangles) {
+        for (int k = 0; k < 3; ++k) {
+            const int a = t[k], b = t[(k + 1) % 3];
+            corners.insert(a);
+            edges.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 32 |
+                            static_cast<std::uint32_t>(std::max(a, b)));
+        }
+    }
+    std::ranges::sort(edges);
+    const auto distinct = std::unique(edges.begin(), edges.end()) - edges.begin();
+    return static_cast<int>(corners.size()) - static_cast<int>(distinct) +
+           static_cast<int>(mesh.triangles.size());
+}
+
+std::vector<std::pair<int, int>> crossing_pairs(const TriangleMesh& mesh) {
+    return Boxes(mesh).crossing_pairs();
+}
+
+int self_intersections(const TriangleMesh& mesh) {
+    return static_cast<int>(crossing_pairs(mesh).size());
+}
+
 std::string text_of(const Check& check) {
     const char* verdict = check.verdict == Verdict::Pass   ? "pass"
                           : check.verdict == Verdict::Fail ? "FAIL"
@@ -213,8 +324,8 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
     }
     SurfaceFigures figures;
     if (radii.empty()) return figures;
-    std::sort(radii.begin(), radii.end());
-    std::sort(ratios.begin(), ratios.end());
+    std::ranges::sort(radii);
+    std::ranges::sort(ratios);
     figures.surrounded = surrounded_fraction(closed, query);
     figures.median_radius = radii[radii.size() / 2];
     figures.thin_radius = radii[radii.size() / 50];

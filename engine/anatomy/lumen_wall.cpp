@@ -38,8 +38,7 @@ std::string obstacle_to_field(const Anatomy& anatomy, double thickest) {
     options.inner = physics::DistanceField::depth_for(thickest);
     const auto [spacing, bytes, bytes_while] = physics::DistanceField::estimate(anatomy.branches, options);
     for (const CentrelineBranch& branch : anatomy.branches)
-        if (const double least = *std::min_element(branch.radii.begin(), branch.radii.end());
-            least < cells_to_axis * spacing)
+        if (const double least = *std::ranges::min_element(branch.radii); least < cells_to_axis * spacing)
             return fmt::format("a grid of {:.2g} mm does not resolve '{}' of radius {:.3g} mm", spacing,
                                branch.name, least);
     const double most = static_cast<double>(options.largest);

@@ -21,9 +21,9 @@
 #include "engine/anatomy/ply_mesh.h"
 #include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_scanner.h"
-#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/vec.h"
 

@@ -49,7 +49,7 @@ std::string seal_of(const fs::path& folder) {
             return {};
         }
     }
-    std::sort(lines.begin(), lines.end());
+    std::ranges::sort(lines);
     return failed ? std::string() : io::joined(lines, "");
 }
 
@@ -100,9 +100,8 @@ void remove_old_locks(const fs::path& folder) {
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed)) {
         const std::string name = entry->path().filename().string();
-        const bool ours = std::any_of(kept_names.begin(), kept_names.end(), [&](std::string_view start) {
-            return name.starts_with("." + std::string(start));
-        });
+        const bool ours = std::ranges::any_of(
+            kept_names, [&](std::string_view start) { return name.starts_with("." + std::string(start)); });
         if (ours && name.ends_with(".lock")) locks.push_back(entry->path());
     }
     for (const fs::path& lock : locks) io::LockFile::of(lock);  // gone with the value
@@ -214,14 +213,14 @@ std::vector<CacheItem> cache_items(const fs::path& folder) {
     for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed)) {
         const std::string name = entry->path().filename().string();
-        const bool ours = std::any_of(kept_names.begin(), kept_names.end(),
-                                      [&](std::string_view start) { return name.starts_with(start); });
+        const bool ours =
+            std::ranges::any_of(kept_names, [&](std::string_view start) { return name.starts_with(start); });
         std::error_code gone;
         const fs::file_time_type used = fs::last_write_time(entry->path(), gone);
         if (!ours || name.ends_with(".part") || gone || entry->is_symlink(gone)) continue;
         items.push_back({entry->path(), size_of_item(entry->path()), used});
     }
-    std::sort(items.begin(), items.end(), [](const CacheItem& a, const CacheItem& b) {
+    std::ranges::sort(items, [](const CacheItem& a, const CacheItem& b) {
         return a.used != b.used ? a.used > b.used : a.path < b.path;
     });
     return items;

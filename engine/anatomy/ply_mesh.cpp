@@ -43,8 +43,7 @@ struct PlyElement {
     }
     int index_of(std::initializer_list<std::string_view> names) const {
         for (std::size_t i = 0; i < properties.size(); ++i)
-            if (std::find(names.begin(), names.end(), properties[i].name) != names.end())
-                return static_cast<int>(i);
+            if (std::ranges::find(names, properties[i].name) != names.end()) return static_cast<int>(i);
         return -1;
     }
 };
@@ -199,7 +198,7 @@ private:
         for (std::int64_t i = 0; i < corners_; ++i) {
             Vec3 point;
             for (int p = 0; p < static_cast<int>(element.properties.size()); ++p) {
-                const auto axis = std::find(axes.begin(), axes.end(), p);
+                const auto axis = std::ranges::find(axes, p);
                 if (axis == axes.end())
                     skip(element.properties[p], element, i);
                 else

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "engine/anatomy/mesh_file.h"
-#include "engine/anatomy/polydata_cells.h"
 #include "engine/anatomy/text_scanner.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -113,12 +112,11 @@ void add_arrays(std::vector<PolyData::Array>& all, std::vector<PolyData::Array> 
         return;
     }
     std::erase_if(all, [&](const PolyData::Array& array) {
-        return std::none_of(piece.begin(), piece.end(),
-                            [&](const PolyData::Array& more) { return more.name == array.name; });
+        return std::ranges::none_of(piece,
+                                    [&](const PolyData::Array& more) { return more.name == array.name; });
     });
     for (PolyData::Array& array : all) {
-        const auto more = std::find_if(piece.begin(), piece.end(),
-                                       [&](const PolyData::Array& p) { return p.name == array.name; });
+        const auto more = std::ranges::find(piece, array.name, &PolyData::Array::name);
         array.numbers.insert(array.numbers.end(), more->numbers.begin(), more->numbers.end());
         array.texts.insert(array.texts.end(), more->texts.begin(), more->texts.end());
     }

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "engine/anatomy/polydata_cells.h"
+#include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_scanner.h"
 
 namespace anatomy {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/anatomy/polydata_cells.h"
+#include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_scanner.h"
 
 namespace anatomy {
@@ -200,7 +200,7 @@ private:
             appended_ = std::string_view(text_).substr(start + 1);
             xml = closed = text_.substr(0, head) + "</VTKFile>";
         }
-        if (std::count(xml.begin(), xml.end(), '<') > most_elements)
+        if (std::ranges::count(xml, '<') > most_elements)
             refuse_polydata(file_, "", "there are too many elements",
                             fmt::format("expected at most {}", most_elements));
         const pugi::xml_parse_result parsed =

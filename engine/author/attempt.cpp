@@ -11,7 +11,6 @@
 #include <random>
 
 #include "physics/geometry/parallel.h"
-#include "physics/wire/energy.h"
 
 namespace author {
 namespace {

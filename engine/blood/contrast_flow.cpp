@@ -82,10 +82,10 @@ int ContrastFlow::cell_of(const Injection& injection) const {
         return blood_.nearest(*place);
     }
     const std::string& name = std::get<std::string>(injection.at);
-    auto found = std::find(branches_.begin(), branches_.end(), name);
+    auto found = std::ranges::find(branches_, name);
     if (found == branches_.end()) {
-        found = std::find_if(branches_.begin(), branches_.end(),
-                             [&](const std::string& branch) { return branch.starts_with(name + "+"); });
+        found = std::ranges::find_if(
+            branches_, [&](const std::string& branch) { return branch.starts_with(name + "+"); });
     }
     if (found == branches_.end()) {
         const std::vector<std::string_view> names(branches_.begin(), branches_.end());
@@ -187,8 +187,8 @@ void ContrastFlow::step(double dt) {
 }
 
 void ContrastFlow::advance(double dt) {
-    std::fill(added_.begin(), added_.end(), 0.0);
-    std::fill(added_iodine_.begin(), added_iodine_.end(), 0.0);
+    std::ranges::fill(added_, 0.0);
+    std::ranges::fill(added_iodine_, 0.0);
     for (Running& injection : running_) {
         added_[injection.cell] += injection.rate;
         added_iodine_[injection.cell] += injection.rate * injection.iodine;
@@ -198,11 +198,10 @@ void ContrastFlow::advance(double dt) {
         injected_ += volume;
         injected_iodine_ += injection.rate * dt * injection.iodine;
     }
-    std::fill(reached_.begin(), reached_.end(), 0.0);
+    std::ranges::fill(reached_, 0.0);
     const double pulse_now = pulse(time_ + 0.5 * dt);
     if (!holes_.empty()) leak(pulse_now, dt);
-    const bool clear =
-        running_.empty() && std::all_of(iodine_.begin(), iodine_.end(), [](double c) { return c == 0; });
+    const bool clear = running_.empty() && std::ranges::all_of(iodine_, [](double c) { return c == 0; });
     if (clear) {
         for (std::size_t o = 0; o < leaving_.size(); ++o) leaving_[o] = pulse_now * blood_.outlets[o].flow;
     } else {

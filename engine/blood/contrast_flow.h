@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "engine/blood/blood_flow.h"
-#include "engine/blood/distal_arteries.h"
 #include "physics/geometry/state.h"
 
 namespace blood {

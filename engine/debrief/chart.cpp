@@ -41,7 +41,7 @@ std::vector<std::size_t> sampled(std::size_t size) {
 }
 
 template <class Value>
-std::string line(const Story& story, const Scale& x, const Scale& y, const Value& value, const char* colour) {
+std::string line(const Story& story, const Scale& x, const Scale& y, const char* colour, const Value& value) {
     std::string points;
     for (const std::size_t i : sampled(story.moments.size())) {
         const Moment& m = story.moments[i];
@@ -53,8 +53,8 @@ std::string line(const Story& story, const Scale& x, const Scale& y, const Value
 
 /// Bars wherever `on` holds.
 template <class On>
-std::string bars(const Story& story, const Scale& x, double top, double height, const On& on,
-                 const char* colour) {
+std::string bars(const Story& story, const Scale& x, double top, double height, const char* colour,
+                 const On& on) {
     std::string text;
     const double rate = story.scenario.frame_rate;
     for (std::size_t i = 0; i < story.moments.size();) {
@@ -75,8 +75,7 @@ std::string bars(const Story& story, const Scale& x, double top, double height, 
 std::string mark_circle(double x, double y, std::size_t number_of) {
     return fmt::format(
         "<a href=\"#e{0}\" class=\"mark\" aria-label=\"error {0}\"><circle cx=\"{1:.1f}\" cy=\"{2:.1f}\" "
-        "r=\"9\" "
-        "fill=\"{3}\"/><text x=\"{1:.1f}\" y=\"{4:.1f}\" text-anchor=\"middle\" fill=\"#fff\" "
+        "r=\"9\" fill=\"{3}\"/><text x=\"{1:.1f}\" y=\"{4:.1f}\" text-anchor=\"middle\" fill=\"#fff\" "
         "font-size=\"11\">{0}</text></a>",
         number_of, x, y, ink::error, y + 4);
 }
@@ -124,8 +123,7 @@ std::string time_line(const Story& story) {
         for (double v = std::ceil(lane.least / step) * step; v <= lane.most + 1e-9; v += step)
             text += fmt::format(
                 "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/><text x=\"{}\" "
-                "y=\"{:.1f}\" "
-                "text-anchor=\"end\" class=\"tick\">{:g}</text>",
+                "y=\"{:.1f}\" text-anchor=\"end\" class=\"tick\">{:g}</text>",
                 left, width - right, scales[k](v), scales[k](v), ink::grid, left - 5, scales[k](v) + 4,
                 std::abs(v) < 1e-9 ? 0.0 : v);
         text +=
@@ -133,35 +131,28 @@ std::string time_line(const Story& story) {
         top += lane.height + 26;
     }
     for (std::size_t k = 0; k < story.scenario.devices.size(); ++k)
-        text += line(
-            story, x, scales[0], [k](const Moment& m) { return m.inserted[k]; }, ink::devices[k]);
-    text += line(
-        story, x, scales[1], [](const Moment& m) { return m.turned / geometry::degree; }, ink::wire);
+        text += line(story, x, scales[0], ink::devices[k], [k](const Moment& m) { return m.inserted[k]; });
+    text += line(story, x, scales[1], ink::wire, [](const Moment& m) { return m.turned / geometry::degree; });
     text += fmt::format(
         "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-dasharray=\"5 4\"/>",
         left, width - right, scales[2](limits.force), scales[2](limits.force), ink::error);
-    text += line(
-        story, x, scales[2], [](const Moment& m) { return m.force; }, ink::wire);
+    text += line(story, x, scales[2], ink::wire, [](const Moment& m) { return m.force; });
     const double radius = story.scenario.target.radius;
     text += fmt::format(
         "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-dasharray=\"5 4\"/>",
         left, width - right, scales[3](radius), scales[3](radius), ink::good);
-    text += line(
-        story, x, scales[3], [](const Moment& m) { return m.to_target; }, ink::wire);
-    const auto strip = [&](const char* name, const auto& on, const char* colour) {
+    text += line(story, x, scales[3], ink::wire, [](const Moment& m) { return m.to_target; });
+    const auto strip = [&](const char* name, const char* colour, const auto& on) {
         text += fmt::format("<text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\" class=\"tick\">{}</text>",
                             left - 5, top + 10, name);
         text += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"13\" fill=\"#f5f5f5\"/>", left,
                             top, width - left - right);
-        text += bars(story, x, top, 13, on, colour);
+        text += bars(story, x, top, 13, colour, on);
     };
-    strip(
-        "beam", [](const Moment& m) { return m.beam; }, "#e69f00");
-    text += bars(
-        story, x, top, 13, [](const Moment& m) { return m.beam && m.dsa; }, "#8a5a00");
+    strip("beam", "#e69f00", [](const Moment& m) { return m.beam; });
+    text += bars(story, x, top, 13, "#8a5a00", [](const Moment& m) { return m.beam && m.dsa; });
     top += 18;
-    strip(
-        "contrast", [](const Moment& m) { return m.injection > 0; }, "#cc79a7");
+    strip("contrast", "#cc79a7", [](const Moment& m) { return m.injection > 0; });
     top += 24;
     const double step = nice_step(last, 10);
     for (double t = 0; t <= last + 1e-9; t += step)
@@ -269,7 +260,7 @@ std::string tip_over_vessels(const Story& story) {
         for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k) {
             auto [x, y] = at(story.score.handling_errors[k].place);
             const auto covered = [&taken, &x = x, &y = y] {
-                return std::any_of(taken.begin(), taken.end(), [&](const auto& other) {
+                return std::ranges::any_of(taken, [&](const auto& other) {
                     return std::hypot(other.first - x, other.second - y) < 17;
                 });
             };

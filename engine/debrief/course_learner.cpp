@@ -69,8 +69,7 @@ void add(LearnerCourse& learner, const CourseRow& row, const CoursePlan& plan) {
 }  // namespace
 
 const Standing* LearnerCourse::next() const {
-    const auto found =
-        std::find_if(exercises.begin(), exercises.end(), [](const Standing& one) { return !one.passed; });
+    const auto found = std::ranges::find_if(exercises, [](const Standing& one) { return !one.passed; });
     return found == exercises.end() ? nullptr : &*found;
 }
 
@@ -116,8 +115,7 @@ std::vector<Costly> LearnerCourse::costly() const {
     std::vector<Costly> lines = lines_of(graded);
     for (Costly& line : lines) line.points /= static_cast<double>(graded.size());
     std::erase_if(lines, [](const Costly& line) { return line.points < least_cost; });
-    std::stable_sort(lines.begin(), lines.end(),
-                     [](const Costly& a, const Costly& b) { return a.points > b.points; });
+    std::ranges::stable_sort(lines, std::ranges::greater(), &Costly::points);
     if (lines.size() > most_costly) lines.resize(most_costly);
     return lines;
 }
@@ -126,7 +124,7 @@ std::vector<LearnerCourse> learners_of(std::span<const CourseRow> rows, const Co
     std::vector<std::string> others;
     for (const CourseRow& row : rows)
         if (row.problem.empty()) others.push_back(row.learner);
-    std::sort(others.begin(), others.end());
+    std::ranges::sort(others);
     others.erase(std::unique(others.begin(), others.end()), others.end());
     std::vector<LearnerCourse> all;
     const auto take = [&](const std::string& name, bool expected) {
@@ -139,8 +137,7 @@ std::vector<LearnerCourse> learners_of(std::span<const CourseRow> rows, const Co
     };
     for (const std::string& name : plan.learners) take(name, true);
     for (const std::string& name : others)
-        if (std::find(plan.learners.begin(), plan.learners.end(), name) == plan.learners.end())
-            take(name, plan.learners.empty());
+        if (std::ranges::find(plan.learners, name) == plan.learners.end()) take(name, plan.learners.empty());
     return all;
 }
 

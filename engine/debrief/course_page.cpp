@@ -77,8 +77,7 @@ struct Course {
     }
     /// What the plan lists, or what somebody has tried.
     bool shows(std::size_t exercise) const {
-        return plan.lists_exercises ||
-               std::any_of(learners.begin(), learners.end(), [&](const auto& learner) {
+        return plan.lists_exercises || std::ranges::any_of(learners, [&](const auto& learner) {
                    return !learner.exercises[exercise].attempts.empty();
                });
     }
@@ -127,8 +126,7 @@ std::string matrix_cell(const Standing& standing, Day today) {
 std::string matrix(const Course& course) {
     std::string text = fmt::format(
         "<p class=\"legend\">Best points. &#10003; is passed; a number alone has been tried and is not "
-        "passed; "
-        "{} has not been tried; ! is overdue.</p><div class=\"wide\"><table "
+        "passed; {} has not been tried; ! is overdue.</p><div class=\"wide\"><table "
         "class=\"matrix{}\"><thead><tr><th></th>",
         none, course.learners.size() > 8 ? " many" : "");
     for (const LearnerCourse& learner : course.learners)
@@ -136,10 +134,9 @@ std::string matrix(const Course& course) {
                             name_of(learner));
     text += "</tr></thead><tbody>";
     const std::vector<PlannedExercise>& exercises = course.plan.exercises;
-    const bool by_level =
-        std::is_sorted(exercises.begin(), exercises.end(), [](const auto& a, const auto& b) {
-            return (a.level > 0 ? a.level : 99) < (b.level > 0 ? b.level : 99);
-        });
+    const bool by_level = std::ranges::is_sorted(exercises, [](const auto& a, const auto& b) {
+        return (a.level > 0 ? a.level : 99) < (b.level > 0 ? b.level : 99);
+    });
     int level = -1;
     for (std::size_t k = 0; k < exercises.size(); ++k) {
         if (!course.shows(k)) continue;
@@ -282,8 +279,8 @@ std::string learner_section(const Course& course, const LearnerCourse& learner) 
         "<th class=\"text\">points of each</th></tr></thead><tbody>";
     for (const Standing& standing : learner.exercises) {
         if (standing.attempts.empty()) continue;
-        const bool reached = std::any_of(standing.attempts.begin(), standing.attempts.end(),
-                                         [](const CourseRow* row) { return row->reached; });
+        const bool reached =
+            std::ranges::any_of(standing.attempts, [](const CourseRow* row) { return row->reached; });
         text += fmt::format(
             "<tr><td>{}<small>{}</small></td><td "
             "class=\"text{}\">{}{}</td><td>{}</td><td>{}</td><td>{}</td><td "
@@ -390,7 +387,7 @@ CoursePlan whole_plan(std::span<const CourseRow> rows, CoursePlan plan) {
     for (const CourseRow& row : rows)
         if (row.problem.empty() && !plan.find(row.exercise))
             plan.exercises.push_back({row.exercise, row.title, row.level, plan.pass});
-    std::stable_sort(plan.exercises.begin(), plan.exercises.end(), [](const auto& a, const auto& b) {
+    std::ranges::stable_sort(plan.exercises, [](const auto& a, const auto& b) {
         return (a.level > 0 ? a.level : 99) < (b.level > 0 ? b.level : 99);
     });
     return plan;

@@ -4,17 +4,41 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <vector>
 
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/debrief/chart.h"
 #include "engine/debrief/page_text.h"
-#include "engine/debrief/teacher_section.h"
 #include "engine/exercise/grade.h"
+#include "engine/exercise/score.h"
 #include "engine/io/text.h"
 #include "physics/geometry/vec.h"
 
 namespace debrief {
 namespace {
+
+struct Item {
+    int frame = 0;
+    const char* kind;  // class of CSS
+    std::string text;
+};
+
+/// Of the attempt's moment; 0 for one that it does not have.
+double seconds_of(const Story& story, int frame) {
+    const auto moment = std::ranges::lower_bound(story.moments, frame, {}, &Moment::frame);
+    if (moment == story.moments.end() || moment->frame != frame) return 0;
+    return moment->seconds;
+}
+
+std::vector<Item> items_of(const Story& story) {
+    std::vector<Item> items;
+    for (const script::Comment& comment : story.comments)
+        items.push_back({comment.frame, "said", comment.text});
+    for (const exercise::TeacherMark& mark : story.score.teacher)
+        items.push_back({mark.frame, "did", exercise::text_of(mark.act)});
+    std::ranges::stable_sort(items, {}, &Item::frame);
+    return items;
+}
 
 using exercise::Score;
 using scenario::Benchmark;
@@ -41,51 +65,46 @@ constexpr double least_told = 0.5;  // points; a line that costs less is worth n
 const std::vector<Group>& groups() {
     static const std::vector<Group> all = {
         {"Time and radiation",
-         {{"Time to the target", "s", 1, Row::Lower, [](const Score& s) { return s.completed_after; },
+         {{"Time to the target", "s", 1, Row::Lower, exercise::figure_of<&Score::completed_after>,
            "From the start of the attempt to the end of the hold in the target.",
            &Benchmark::completed_after},
-          {"of it after the first motion", "s", 1, Row::Lower,
-           [](const Score& s) { return s.completion_time; },
+          {"of it after the first motion", "s", 1, Row::Lower, exercise::figure_of<&Score::completion_time>,
            "The rest was spent on looking and planning, which is no waste."},
-          {"Beam on", "s", 1, Row::Lower, [](const Score& s) { return Value(s.beam_on_time); },
+          {"Beam on", "s", 1, Row::Lower, exercise::figure_of<&Score::beam_on_time>,
            "How long the pedal was pressed. What the patient receives also depends on pulses, field and "
-           "body: "
-           "see the two lines below."},
-          {"Air kerma at the reference point", "mGy", 2, Row::Lower,
-           [](const Score& s) { return s.air_kerma; },
+           "body: see the two lines below."},
+          {"Air kerma at the reference point", "mGy", 2, Row::Lower, exercise::figure_of<&Score::air_kerma>,
            "K<sub>a,r</sub>: the dose to the skin, where the beam stayed in one place.",
            &Benchmark::air_kerma},
-          {"Kerma-area product", "Gy·cm²", 2, Row::Lower, [](const Score& s) { return s.area_product; },
+          {"Kerma-area product", "Gy·cm²", 2, Row::Lower, exercise::figure_of<&Score::area_product>,
            "P<sub>KA</sub>: what the whole field received. The risk to patient and staff goes with it.",
            &Benchmark::area_product},
-          {"Pulses", "", 0, Row::Lower, [](const Score& s) { return Value(s.pulses); },
+          {"Pulses", "", 0, Row::Lower, exercise::figure_of<&Score::pulses>,
            "Images taken. Fewer a second show a slow hand as much."},
-          {"DSA runs", "", 0, Row::Neither, [](const Score& s) { return Value(s.runs); },
+          {"DSA runs", "", 0, Row::Neither, exercise::figure_of<&Score::runs>,
            "Times that subtraction was begun. Neither many nor few are good in themselves."},
-          {"Views", "", 0, Row::Neither, [](const Score& s) { return Value(s.views); },
+          {"Views", "", 0, Row::Neither, exercise::figure_of<&Score::views>,
            "Places of C-arm and table at which the beam was on. Neither many nor few are good in "
            "themselves."},
-          {"Angiograms", "", 0, Row::Neither, [](const Score& s) { return Value(s.angiograms); },
+          {"Angiograms", "", 0, Row::Neither, exercise::figure_of<&Score::angiograms>,
            "Injections that the beam showed. One that serves as a roadmap spares the next.",
            &Benchmark::angiograms},
-          {"Contrast", "ml", 1, Row::Lower, [](const Score& s) { return Value(s.contrast); },
+          {"Contrast", "ml", 1, Row::Lower, exercise::figure_of<&Score::contrast>,
            "All that was injected, seen or not.", &Benchmark::contrast}}},
         {"Hands",
-         {{"Travel of the devices", "mm", 0, Row::Lower, [](const Score& s) { return Value(s.wire_travel); },
+         {{"Travel of the devices", "mm", 0, Row::Lower, exercise::figure_of<&Score::wire_travel>,
            "All advances and withdrawals added up.", &Benchmark::wire_travel},
           {"Back and forth", "%", 0, Row::Lower,
            [](const Score& s) { return Value(100 * s.back_and_forth_ratio); },
            "The part of the travel that led nowhere: 0 is a way taken once, 100 a hand that ends where it "
            "began."},
-          {"Reversals", "", 0, Row::Lower, [](const Score& s) { return Value(s.reversals); },
+          {"Reversals", "", 0, Row::Lower, exercise::figure_of<&Score::reversals>,
            "Changes between advancing and withdrawing. To pull back once where the way is lost is right; "
-           "many "
-           "small ones are searching."},
+           "many small ones are searching."},
           {"Turned", "deg", 0, Row::Lower,
            [](const Score& s) { return Value(s.rotation / geometry::degree); },
            "All turns of the hubs added up, either way. How much a way needs depends on its branches: "
-           "compare "
-           "attempts at this exercise."},
+           "compare attempts at this exercise."},
           {"Idle", "%", 0, Row::Lower, [](const Score& s) { return Value(100 * s.idle_fraction); },
            "The part of the time after the first motion in which no device moved. Thinking with the beam off "
            "costs time alone."}}},
@@ -94,39 +113,33 @@ const std::vector<Group>& groups() {
            [](const Score& s) { return Value(100 * s.path_efficiency); },
            "The way along the vessel's centreline, in percent of the way that the tip took. A tip that goes "
            "straight to its target and never back has about 100; one that cuts bends has a little more."},
-          {"Mean speed", "mm/s", 1, Row::Higher, [](const Score& s) { return Value(s.mean_tip_speed); },
+          {"Mean speed", "mm/s", 1, Row::Higher, exercise::figure_of<&Score::mean_tip_speed>,
            "While it moved. Experts' wires are faster on average than novices' (p &lt; 0.001; 115 tasks on a "
            "simulator, J Vasc Surg, Fundamentals of Endovascular and Vascular Surgery); a number to reach is "
            "not published."},
           {"Smoothness: spectral arc length", "", 2, Row::Higher,
-           [](const Score& s) { return s.spectral_arc_length; },
+           exercise::figure_of<&Score::spectral_arc_length>,
            "SPARC, always negative. One smooth stroke has about &minus;1.4; every stop and start makes it "
            "lower. Compare attempts at one exercise only: a longer way has more strokes. Experts are "
-           "smoother "
-           "than novices (p &lt; 0.001, the same 115 tasks), and smoothness goes with expert ratings (20 "
-           "subjects, IEEE Trans Hum Mach Syst 2016;46:647); a norm for wires is not published."},
+           "smoother than novices (p &lt; 0.001, the same 115 tasks), and smoothness goes with expert "
+           "ratings (20 subjects, IEEE Trans Hum Mach Syst 2016;46:647); a norm for wires is not published."},
           {"Smoothness: log dimensionless jerk", "", 2, Row::Higher,
-           [](const Score& s) { return s.log_dimensionless_jerk; },
+           exercise::figure_of<&Score::log_dimensionless_jerk>,
            "Negative; the lower the more often the speed changes, and the longer the attempt. It reacts to "
            "the smallest jolts more than the spectral arc length does. There is no norm for wires."},
-          {"Entries into wrong branches", "", 0, Row::Lower,
-           [](const Score& s) { return Value(s.wrong_entries()); },
+          {"Entries into wrong branches", "", 0, Row::Lower, exercise::figure_of<&Score::wrong_entries>,
            "Branches that do not lead to the target, each time that the tip went in.",
            &Benchmark::wrong_entries}}},
         {"Wall",
-         {{"Largest force of a joint", "N", 2, Row::Lower,
-           [](const Score& s) { return Value(s.peak_wall_force); },
+         {{"Largest force of a joint", "N", 2, Row::Lower, exercise::figure_of<&Score::peak_wall_force>,
            "The hardest that one place of the device pressed. A device that leans on a bend spreads its "
-           "force; "
-           "a tip that stands against the wall does not, and injures it first."},
-          {"Mean of the largest force", "N", 3, Row::Lower,
-           [](const Score& s) { return Value(s.mean_wall_force); },
+           "force; a tip that stands against the wall does not, and injures it first."},
+          {"Mean of the largest force", "N", 3, Row::Lower, exercise::figure_of<&Score::mean_wall_force>,
            "Of every moment the hardest place, averaged over the attempt. A stiff device has more, whoever "
            "leads it."},
-          {"Time above 1 N", "s", 1, Row::Lower, [](const Score& s) { return Value(s.time_over_force); },
+          {"Time above 1 N", "s", 1, Row::Lower, exercise::figure_of<&Score::time_over_force>,
            "1 N is where an error of handling begins here, not where a wall tears."},
-          {"Impulse of all forces", "N s", 1, Row::Lower,
-           [](const Score& s) { return Value(s.wall_force_impulse); },
+          {"Impulse of all forces", "N s", 1, Row::Lower, exercise::figure_of<&Score::wall_force_impulse>,
            "Forces of all places, added up over time. It grows with time and length inside: compare attempts "
            "at one exercise."},
           {"Errors of handling", "", 0, Row::Lower,
@@ -223,7 +236,7 @@ std::string grade_table(const exercise::Grade& grade, const Benchmark& benchmark
     text += fmt::format("<tr><td>Injuries of the wall</td><td>{}</td><td>&ndash;</td><td>{}</td></tr>",
                         grade.dissections + grade.perforations, cost_of(grade.cost_of_injuries(), 100));
     text += "</tbody></table><ul class=\"advice\">";
-    if (std::any_of(grade.lines.begin(), grade.lines.end(), [](const auto& line) { return line.unseen; }))
+    if (std::ranges::any_of(grade.lines, [](const auto& line) { return line.unseen; }))
         text += fmt::format("<li>{}</li>", exercise::blind_advice);
     for (const exercise::GradeLine& line : grade.lines)
         if (line.cost >= least_told && !line.unseen)
@@ -367,18 +380,37 @@ std::string curves(std::span<const Story> stories) {
     if (skilled.given())
         text +=
             curve("Points", "", [&](const Score& s) { return Value(exercise::grade(s, skilled).points); });
-    text += curve(
-        "Time to the target", "s", [](const Score& s) { return s.completed_after; }, skilled.completed_after);
-    text += curve(
-        "Kerma-area product", "Gy·cm²", [](const Score& s) { return s.area_product; }, skilled.area_product);
-    text += curve(
-        "Travel", "mm", [](const Score& s) { return Value(s.wire_travel); }, skilled.wire_travel);
+    text += curve("Time to the target", "s", exercise::figure_of<&Score::completed_after>,
+                  skilled.completed_after);
+    text += curve("Kerma-area product", "Gy·cm²", exercise::figure_of<&Score::area_product>,
+                  skilled.area_product);
+    text += curve("Travel", "mm", exercise::figure_of<&Score::wire_travel>, skilled.wire_travel);
     text += curve("Errors of handling", "",
                   [](const Score& s) { return Value(static_cast<double>(s.handling_errors.size())); });
-    text += curve("Largest wall force", "N", [](const Score& s) { return Value(s.peak_wall_force); });
+    text += curve("Largest wall force", "N", exercise::figure_of<&Score::peak_wall_force>);
     return text +
            "</div><p class=\"legend\">Attempts in the order in which they were recorded; a cross is one "
            "that did not reach the target.</p>";
+}
+
+/// A heading and a list, of the last attempt; comments on those before it follow with their frames. Empty
+/// where no teacher was. An item with "data-frame" moves the time line to its moment.
+std::string teacher_section(const Story& story) {
+    const std::vector<Item> items = items_of(story);
+    if (items.empty() && story.comments_before.empty()) return "";
+    std::string text = "\n<h2>The teacher</h2><ul class=\"teacher\">";
+    for (const script::Comment& comment : story.comments_before)
+        text += fmt::format(
+            "<li class=\"said\"><b>before</b>{} <small>frame {}, of an attempt before this one"
+            "</small></li>",
+            io::html_escaped(comment.text), comment.frame);
+    for (const Item& item : items)
+        text +=
+            fmt::format("<li class=\"{}\" data-frame=\"{}\"><b>{}</b>{}</li>", item.kind, item.frame,
+                        exercise::moment_text(seconds_of(story, item.frame)), io::html_escaped(item.text));
+    return text +
+           "</ul><p class=\"legend\">Nothing of this changes the figures; what was shown or hidden may "
+           "have helped or hindered.</p>";
 }
 
 }  // namespace
@@ -435,8 +467,7 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         text += fmt::format("<i style=\"background:{}\"></i>the teacher's comment", ink::comment);
     text +=
         "; dashed: 1 N, and the target's radius. <span class=\"screen\">Click, or use the arrow keys, to "
-        "look "
-        "at a moment.</span></p>";
+        "look at a moment.</span></p>";
     text += time_line(story) + "<p id=\"moment\"></p>";
     text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + tip_over_vessels(story) + "</section>";
     text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_branches(story) +

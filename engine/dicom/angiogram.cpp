@@ -34,7 +34,7 @@ std::string uid_of(std::uint64_t first, std::uint64_t second) {
     Wide number = (static_cast<Wide>(first) << 64) | second;
     std::string digits;
     for (; number > 0; number /= 10) digits += static_cast<char>('0' + static_cast<int>(number % 10));
-    std::reverse(digits.begin(), digits.end());
+    std::ranges::reverse(digits);
     return "2.25." + digits;
 }
 
@@ -96,8 +96,8 @@ std::string patient_orientation(const render::CArm& arm) {
     const auto letters = [](const geometry::Vec3& direction) {
         constexpr std::array<const char*, 3> positive = {"L", "P", "H"}, negative = {"R", "A", "F"};
         std::array<int, 3> order = {0, 1, 2};
-        std::stable_sort(order.begin(), order.end(),
-                         [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+        std::ranges::stable_sort(
+            order, [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
         constexpr double least = 0.1736;  // a direction off the plane of the others by 10 degrees
         std::string text;
         for (const int k : order)

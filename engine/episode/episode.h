@@ -1,5 +1,6 @@
 #pragma once
-/// An exercise for programs that act: steps, readings, snapshots, images on demand, and the recording of it.
+/// An exercise for programs that act: steps, readings, snapshots, images on demand, and the recording of it;
+/// its states as lines of JSON, for programs in other languages.
 
 #include <array>
 #include <cstdint>
@@ -173,5 +174,13 @@ std::span<const ListField> list_fields();
 
 /// A command as in a script but without its frame: "arm lao 30 deg". Throws InputError.
 script::Command parse_line(const std::string&);
+
+/// One line: time, tip, target, wire and catheter in the room and in the image, hands, forces, flags, hash.
+/// The keys are the names of State's fields in Python; numbers read back to the same bits.
+std::string to_json(const Episode&);
+/// The score as in score.json, in one line. `program`: its name and version.
+std::string score_line(const Episode&, const std::string& program);
+/// A text as JSON.
+std::string quoted(const std::string&);
 
 }  // namespace episode

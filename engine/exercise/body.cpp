@@ -16,7 +16,7 @@
 #include <unistd.h>
 #include <utility>
 
-#include "engine/anatomy/shared_store.h"
+#include "engine/anatomy/model_cache.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/state.h"
 #include "render/patient/patient.h"

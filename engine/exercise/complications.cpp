@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
 

@@ -2,13 +2,12 @@
 /// What a teacher makes happen to the patient: spasm, thrombus, dissection, breath. The commands are in
 /// engine/script/command.h; what each does and where its amounts come from is in docs/complications.md.
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/blood/obstruction.h"
+#include "engine/blood/blood_flow.h"
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
 #include "physics/wall/narrowed_wall.h"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "engine/blood/distal_arteries.h"
+#include "engine/blood/blood_flow.h"
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
@@ -137,8 +137,8 @@ private:
         }
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
         const Vec3 widest = axes.eigenvectors().col(2);
-        std::sort(points.begin(), points.end(),
-                  [&](const Vec3* a, const Vec3* b) { return a->dot(widest) < b->dot(widest); });
+        std::ranges::sort(points,
+                          [&](const Vec3* a, const Vec3* b) { return a->dot(widest) < b->dot(widest); });
         const double fraction = random_() < 0.5 ? random_.between(0.2, 0.5) : random_.between(0.5, 0.8);
         const auto cut = std::clamp<std::size_t>(
             static_cast<std::size_t>(fraction * static_cast<double>(points.size())), 1, points.size() - 1);

@@ -38,38 +38,35 @@ double errors_of(const Score& score) {
 std::span<const Measure> measures() {
     static const Measure all[] = {
         {"time", "Time to the target", "s", 1, 25, 1, &Benchmark::completed_after,
-         [](const Score& s) { return s.completed_after; }, false,
+         figure_of<&Score::completed_after>, false,
          "Time under the beam and in the vessel is time at risk. Plan the next movement while the last image "
          "is still on the screen, and travel fast only where nothing can be missed.",
          "yes: 89 cardiologists, p = 0.03 (EuroIntervention 2006;2:101); 24 operators (Simul Healthc 2013;8:"
          "324); r = -0.53 with experience (Eur J Vasc Endovasc Surg 2011;42:539). No in 16 operators, renal "
          "(Assessment of a virtual interventional simulator trainer)"},
         {"air_kerma", "Air kerma at the reference point", "mGy", 1, 10, 0.1, &Benchmark::air_kerma,
-         [](const Score& s) { return s.air_kerma; }, true,
+         figure_of<&Score::air_kerma>, true,
          "It is the dose to the patient's skin. Use fewer pulses a second, take short acquisitions, and take "
          "the foot off the pedal while you think.",
          "not studied itself; fluoroscopy time, which makes most of it: yes, p = 0.005 (EuroIntervention "
-         "2006),"
-         " p < 0.01 (16 operators, renal), 24 operators (Simul Healthc 2013); no in 20 (Eur J Vasc Endovasc "
-         "Surg 2011)"},
+         "2006), p < 0.01 (16 operators, renal), 24 operators (Simul Healthc 2013); no in 20 (Eur J Vasc "
+         "Endovasc Surg 2011)"},
         {"area_product", "Kerma-area product", "Gy·cm²", 2, 15, 0.02, &Benchmark::area_product,
-         [](const Score& s) { return s.area_product; }, true,
+         figure_of<&Score::area_product>, true,
          "It is what the patient's body and, by scatter, the staff receive. Close the collimator to what you "
          "need to see, and use the widest field that shows it.",
          "not studied itself; see air kerma"},
-        {"contrast", "Contrast", "ml", 1, 10, 5, &Benchmark::contrast,
-         [](const Score& s) { return Value(s.contrast); }, true,
+        {"contrast", "Contrast", "ml", 1, 10, 5, &Benchmark::contrast, figure_of<&Score::contrast>, true,
          "Contrast harms kidneys. Take one good angiogram, make it the roadmap, and let it serve as long as "
          "table and C-arm stay.",
          "yes: 89 cardiologists, p = 0.0008 (EuroIntervention 2006); 24 operators (Simul Healthc 2013). No "
-         "in "
-         "20 (Eur J Vasc Endovasc Surg 2011)"},
+         "in 20 (Eur J Vasc Endovasc Surg 2011)"},
         {"travel", "Travel of the devices", "mm", 0, 10, 10, &Benchmark::wire_travel,
-         [](const Score& s) { return Value(s.wire_travel); }, false,
+         figure_of<&Score::wire_travel>, false,
          "Every millimetre rubs on a wall. Turn the tip before you push, so that a way is taken once.",
          "not studied itself; smoothness of the tip's way: yes, p < 0.001, 115 tasks (J Vasc Surg, FEVS)"},
         {"wrong_branches", "Entries into wrong branches", "", 0, 10, 1, &Benchmark::wrong_entries,
-         [](const Score& s) { return Value(s.wrong_entries()); }, false,
+         figure_of<&Score::wrong_entries>, false,
          "A branch that does not lead to the target can be injured for nothing. Look at the tip against the "
          "roadmap before it enters, and pull back at once where it goes astray.",
          "none found of its own; part of expert-rated lists of errors"},
@@ -87,10 +84,8 @@ const char* const grade_formula =
     "most · (1 - √((mean + g) / (yours + g))) above it: twice the mean costs about 29 % of what the line can "
     "cost, four times 50 %, eight times 65 %. g is what does not matter: 1 s, 0.1 mGy, 0.02 Gy·cm², 5 ml, 10 "
     "mm, 1 error. Where all skilled attempts took an angiogram, an attempt without one loses dose and "
-    "contrast "
-    "whole, so that looking is never dearer than going blind. Each dissection of a wall costs 15 points, "
-    "each "
-    "perforation 50. Without the target there are no points, and never less than none.";
+    "contrast whole, so that looking is never dearer than going blind. Each dissection of a wall costs 15 "
+    "points, each perforation 50. Without the target there are no points, and never less than none.";
 
 Grade grade(const Score& score, const Benchmark& benchmark) {
     Grade result;

@@ -1,6 +1,7 @@
 #pragma once
 /// What an attempt is worth: its figures held against those of skilled attempts at the same exercise.
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,12 @@
 #include "engine/scenario/benchmark.h"
 
 namespace exercise {
+
+/// A member of the score as a figure.
+template <auto member>
+std::optional<double> figure_of(const Score& score) {
+    return std::invoke(member, score);
+}
 
 /// Something that attempts are measured by.
 struct Measure {

@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/anatomy/clinical_names.h"
-#include "engine/exercise/open_field.h"
+#include "engine/anatomy/organs.h"
 #include "physics/wire/energy.h"
 
 namespace exercise {
@@ -16,8 +15,8 @@ constexpr double tip_follows = 0.1;  // fraction of the feed by which a tip that
 constexpr int pulses_of_a_map = 2;   // the mask and one with contrast
 
 bool moves(const StepReport& report) {
-    return report.rotation != 0 || std::any_of(report.insertions.begin(), report.insertions.end(),
-                                               [](double insertion) { return insertion != 0; });
+    return report.rotation != 0 ||
+           std::ranges::any_of(report.insertions, [](double insertion) { return insertion != 0; });
 }
 
 /// Both ways [mm].
@@ -146,7 +145,7 @@ void Handling::observe(const Frame& frame) {
 
     const bool useful =
         moving || !beam || simulation.contrast().injecting() ||
-        std::any_of(frame.commands.begin(), frame.commands.end(), [](const auto& command) {
+        std::ranges::any_of(frame.commands, [](const auto& command) {
             return !std::holds_alternative<script::Beam>(command) && !script::is_of_teacher(command);
         });
     if (useful)
@@ -198,6 +197,18 @@ std::array<int, handling_error_kinds> counts(std::span<const HandlingErrorMark> 
     std::array<int, handling_error_kinds> counts = {};
     for (const HandlingErrorMark& mark : marks) ++counts[static_cast<std::size_t>(mark.kind)];
     return counts;
+}
+
+bool in_open_field(const Simulation& simulation, const geometry::Vec3& place) {
+    const render::CArm arm = simulation.console().arm();
+    const render::Pixel at = render::project(arm, place + simulation.vessel_shift());
+    const render::PixelBox open = render::opening_of(arm);
+    return at.depth > 0 && at.x >= open.left && at.x <= open.right && at.y >= open.top && at.y <= open.bottom;
+}
+
+geometry::Vec3 table_to_show(const Simulation& simulation, const geometry::Vec3& place) {
+    const Console& console = simulation.console();
+    return console.arm().isocentre + console.table() - (place + simulation.vessel_shift());
 }
 
 }  // namespace exercise

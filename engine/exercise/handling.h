@@ -1,6 +1,7 @@
 #pragma once
 /// Errors of handling with their moments: what a hand does that the hands of experts do not. Their composite
-/// was the most reliable metric of a commercial trainer (Patel 2006, r = 0.9 test to retest).
+/// was the most reliable metric of a commercial trainer (Patel 2006, r = 0.9 test to retest). Among them is
+/// what the image would not show.
 
 #include <array>
 #include <deque>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "engine/exercise/frame.h"
+#include "engine/exercise/simulation.h"
 
 namespace exercise {
 
@@ -50,8 +52,7 @@ inline constexpr std::array<const char*, handling_error_kinds> handling_error_ad
     "The patient is irradiated and nothing is learnt. Take the foot off the pedal while you think: the last "
     "image stays on the screen.",
     "What is fed in bows or loops somewhere, or the tip digs into the wall. Stop, pull back a little, turn, "
-    "and "
-    "try again.",
+    "and try again.",
     "The wall can tear. Pull back until the force falls, and look where the device bears on it.",
     "Nobody sees what the tip does. Move the table or open the collimator so that the tip stays in the "
     "image.",
@@ -60,11 +61,9 @@ inline constexpr std::array<const char*, handling_error_kinds> handling_error_ad
     "The map shows vessels where they were in another view. Take a new angiogram in this view, or go back to "
     "its view.",
     "The end was pushed into the wall until its layers parted. Do not push against resistance; pull back, "
-    "and "
-    "show it by contrast.",
+    "and show it by contrast.",
     "The end went through the wall: blood leaks out. Do not pull the wire out at once, call for help, and "
-    "have "
-    "a balloon ready."};
+    "have a balloon ready."};
 
 /// Of a mark's amount: how long, how much was fed in vain, the largest force, the largest distance.
 inline constexpr std::array<const char*, handling_error_kinds> handling_error_units = {
@@ -157,5 +156,12 @@ private:
     int map_ = 0;                         // pulses of DSA in that view since the mask
     int injuries_ = 0, open_injury_ = 0;  // seen so far; 1 + index of the last one's mark
 };
+
+/// Whether a place in the vessels' frame, moved as they are now, projects into the field that the collimator
+/// leaves open.
+bool in_open_field(const Simulation&, const geometry::Vec3&);
+
+/// Where the table would have to stand for the place to be at the isocentre: the arguments of `table` [mm].
+geometry::Vec3 table_to_show(const Simulation&, const geometry::Vec3&);
 
 }  // namespace exercise

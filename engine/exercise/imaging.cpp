@@ -171,9 +171,8 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
         return geometry::signed_volume(layers[layer].mesh) / cubic_mm_per_ml;
     };
     const auto supply = [&](int layer, Part part, int outlet, double fraction) {
-        auto known = std::find_if(organs.begin(), organs.end(), [&](const BlushingOrgan& organ) {
-            return organ.layer == layer && organ.part == part;
-        });
+        auto known = std::ranges::find_if(
+            organs, [&](const BlushingOrgan& organ) { return organ.layer == layer && organ.part == part; });
         if (known == organs.end()) {
             organs.push_back({layer, volume_of(layer), {}, {}, part});
             known = organs.end() - 1;
@@ -328,8 +327,8 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
 bool has_contrast(const render::Exposure& exposure) {
     const auto some = [](float concentration) { return concentration > 1e-3f; };
     return exposure.iodine > 0 || !exposure.clouds.empty() ||
-           std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some) ||
-           std::any_of(exposure.distal_iodine.begin(), exposure.distal_iodine.end(), some);
+           std::ranges::any_of(exposure.vessel_iodine, some) ||
+           std::ranges::any_of(exposure.distal_iodine, some);
 }
 
 void remove_contrast(render::Exposure& exposure) {
@@ -382,10 +381,6 @@ auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
                              ": a mesh that encloses each place once is needed for imaging: " + error.what());
     }
 }
-
-}  // namespace
-
-namespace {
 
 render::LumenContrast lumen_contrast(const geometry::TriangleMesh& lumen,
                                      const blood::ContrastFlow& contrast) {

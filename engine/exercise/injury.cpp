@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/simulation.h"
 #include "physics/wall/past_end.h"
 
@@ -78,8 +78,7 @@ std::string sentence(const Injury& injury, const Simulation& simulation) {
 }
 
 int Injuries::count(InjuryKind kind) const {
-    return static_cast<int>(
-        std::count_if(all_.begin(), all_.end(), [&](const Injury& injury) { return injury.kind == kind; }));
+    return static_cast<int>(std::ranges::count(all_, kind, &Injury::kind));
 }
 
 int Injuries::look(const Simulation& simulation) {

@@ -1,7 +1,8 @@
 #pragma once
 /// What can be observed of an exercise after a frame, and the one table of its fields. From the table follow
 /// State and the arrays of Python, the lines of `serve`, the columns of a trace, type stubs and the list in
-/// docs/python.md: a quantity is written there and nowhere else.
+/// docs/python.md: a quantity is written there and nowhere else. A trace
+/// has a row per frame and device: where each device is and what the hand feels of it.
 
 #include <array>
 #include <cstdint>
@@ -17,6 +18,7 @@
 
 #include "engine/anatomy/vessel_paths.h"
 #include "engine/exercise/frame.h"
+#include "engine/exercise/score.h"
 #include "physics/geometry/polyline.h"
 #include "physics/geometry/vec.h"
 
@@ -103,5 +105,24 @@ private:
 /// before, its last point is repeated. `line` runs from the introducer to the tip; all zero where it is
 /// empty.
 void track(const geometry::Polyline& line, double spacing, std::vector<geometry::Vec3>& points);
+
+class Trace {
+public:
+    explicit Trace(const Simulation& simulation) : reader_(simulation) {}
+
+    /// Names and units of the columns, a line of CSV: those of fields() that have one.
+    static std::string header();
+    /// The rows of a frame, wire and catheter. A device that is out has empty cells for its place. Contacts
+    /// are those of the joints at which the device lies outermost. Lengths, forces and torque are those of
+    /// the wire shown: the last at rest. Forces and torque are positive where the hand must push and hold the
+    /// hub back; an empty cell stands for a missing value: no way from the tip's branch to the target's, no
+    /// dose without images.
+    std::string rows(const Frame&, const Score&) const;
+
+private:
+    std::string row(std::size_t device, const Frame&, const Score&) const;
+
+    Reader reader_;
+};
 
 }  // namespace exercise

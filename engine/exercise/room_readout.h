@@ -1,15 +1,55 @@
 #pragma once
-/// Follows an exercise and fills in the readouts of its panel.
+/// Follows an exercise and fills in the readouts of its panel; says what a trainee should know about a run:
+/// stops of the wire, and shortcomings of the simulation.
 
 #include <deque>
 #include <string>
 #include <vector>
 
+#include "engine/exercise/frame.h"
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/score.h"
 #include "render/panel/readout.h"
 
 namespace exercise {
+
+/// "The mask was shifted by 1.30 pixels to the right and 0.40 down", or why it was not.
+std::string mask_shift_sentence(const MaskShift&);
+
+class Notices {
+public:
+    /// To be called once after each frame.
+    void observe(const Frame&);
+    /// A sentence for each kind of event that happened, with the number of frames.
+    std::vector<std::string> text() const;
+
+private:
+    int stopped_withdrawals_ = 0, past_ends_ = 0, used_up_ = 0, kinked_ = 0, restless_ = 0, crossed_ = 0;
+    int settling_ = 0, refused_ = 0, buckled_ = 0, late_ = 0, flat_ = 0;
+    int too_thick_ = 0, limited_doses_ = 0;
+    /// Beam on a tip that it does not show.
+    struct Unseen {
+        int frames = 0, episodes = 0, first = 0;
+        std::string remedy;  // what would have shown it then
+        bool now = false;
+    };
+    void watch_tip(const Frame&);
+    Unseen unseen_;
+    bool beam_was_on_ = false,
+         wire_was_out_ = false;  // at the first frame with beam nothing was in the image
+    /// The first of many sentences, and how many there are more.
+    struct First {
+        std::size_t most;
+        std::vector<std::string> sentences = {};
+        int more = 0;
+        void add(int frame, const std::string& sentence);
+        void end(std::vector<std::string>& text, const char* what) const;
+    };
+    First injuries_{20}, changes_{6}, mask_shifts_{20};  // shifts: of those that were found, or not made
+    std::vector<std::string> denied_;
+    int gasps_ = 0;
+    double deepest_crossing_ = 0, most_waiting_ = 0;  // [mm]
+};
 
 /// Follows an exercise frame by frame.
 class RoomReadout {

@@ -1,15 +1,26 @@
 #include "engine/exercise/score.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <complex>
+#include <fmt/format.h>
+#include <limits>
+#include <unsupported/Eigen/FFT>
 #include <utility>
+#include <vector>
 
 #include "engine/anatomy/vessel_paths.h"
-#include "engine/exercise/monitor.h"
-#include "engine/exercise/smoothness.h"
+#include "render/panel/readout.h"
 
 namespace exercise {
 namespace {
+
+constexpr double clearly_outside = 1;  // of the right branches [mm]
+
+constexpr double highest_frequency = 10;  // [Hz]
+constexpr double least_amplitude = 0.05;  // of the greatest amplitude
+constexpr std::size_t padding = 16, most_frames = std::size_t{1} << 18;
 
 /// How long contrast is taken to be seen after an injection has ended [s].
 constexpr double in_sight = 2;
@@ -32,6 +43,132 @@ std::vector<SetByTeacher> events_of(const Simulation& simulation) {
 }
 
 }  // namespace
+
+using Thing = script::TeacherAct::Thing;
+
+std::string id_of(const script::TeacherAct& act) {
+    return act.thing == Thing::Paused
+               ? "paused"
+               : std::string(script::teacher_things[static_cast<std::size_t>(act.thing)]);
+}
+
+bool helps(const script::TeacherAct& act) {
+    return act.on && (act.thing == Thing::Target || act.thing == Thing::Way);
+}
+
+std::string text_of(const script::TeacherAct& act) {
+    if (act.thing == Thing::Paused) return "paused";
+    if (act.thing == Thing::Window) return act.on ? "window opened" : "window closed";
+    return fmt::format("{} {}", id_of(act), act.on ? "shown" : "hidden");
+}
+
+std::string moment_text(double seconds) {
+    return render::clock_text(seconds);
+}
+
+std::string text_of(std::span<const TeacherMark> marks) {
+    std::string text;
+    for (const TeacherMark& mark : marks)
+        text +=
+            fmt::format("{}{} at {}", text.empty() ? "" : ", ", text_of(mark.act), moment_text(mark.seconds));
+    return text;
+}
+
+std::string heading_of(std::span<const TeacherMark> marks) {
+    return std::ranges::any_of(marks, [](const TeacherMark& mark) { return helps(mark.act); })
+               ? "helped by the teacher"
+               : "by the teacher";
+}
+
+WrongTurns::WrongTurns(const anatomy::Anatomy& anatomy, const geometry::Vec3& start,
+                       const geometry::Vec3& target) {
+    const auto to_the_root = [&](const geometry::Vec3& from) {
+        std::vector<int> way;
+        for (int b = anatomy::nearest_place(anatomy, from).branch; b >= 0; b = anatomy.branches[b].parent)
+            way.push_back(b);
+        return way;
+    };
+    std::vector<int> there = to_the_root(start), back = to_the_root(target);
+    // What both have in common beyond the fork is on neither's way.
+    while (there.size() > 1 && back.size() > 1 && there[there.size() - 2] == back[back.size() - 2]) {
+        if (there.back() != back.back()) break;
+        there.pop_back();
+        back.pop_back();
+    }
+    right_.assign(anatomy.branches.size(), false);
+    for (const auto* way : {&there, &back})
+        for (const int b : *way) right_[b] = true;
+}
+
+void WrongTurns::observe(const anatomy::Anatomy& anatomy, const geometry::Vec3& tip, double seconds) {
+    double of_right = std::numeric_limits<double>::infinity(), of_wrong = of_right;  // outside of them [mm]
+    int nearest = -1;                                                                // of the wrong ones
+    for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
+        const geometry::CentrelineBranch& branch = anatomy.branches[b];
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            const double outside = (tip - branch.points[i]).norm() - branch.radii[i];
+            if (right_[b]) {
+                of_right = std::min(of_right, outside);
+            } else if (outside < of_wrong) {
+                of_wrong = outside;
+                nearest = static_cast<int>(b);
+            }
+        }
+    }
+    const bool in = nearest >= 0 && of_wrong < of_right && of_right > (inside_ >= 0 ? 0 : clearly_outside);
+    if (!in) {
+        inside_ = -1;
+        return;
+    }
+    const std::string& name = anatomy.branches[nearest].name;
+    auto known = std::ranges::find_if(found_, [&](const auto& f) { return f.name == name; });
+    if (known == found_.end()) known = found_.insert(found_.end(), WrongBranch{name, 0, 0});
+    const bool came_back = inside_ >= 0 && anatomy.branches[inside_].parent == nearest;
+    if (nearest != inside_ && !came_back) ++known->entries;
+    known->seconds += seconds;
+    inside_ = nearest;
+}
+
+std::optional<double> spectral_arc_length(std::span<const double> speed, double rate) {
+    if (speed.size() < 2 || speed.size() > most_frames) return {};
+    const std::size_t length = padding * std::bit_ceil(speed.size());
+    std::vector<double> padded(length, 0.0);
+    std::copy(speed.begin(), speed.end(), padded.begin());
+    std::vector<std::complex<double>> spectrum;
+    Eigen::FFT<double> fft;
+    fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+    fft.fwd(spectrum, padded);
+
+    std::vector<double> fraction(spectrum.size());
+    for (std::size_t k = 0; k < fraction.size(); ++k) fraction[k] = std::abs(spectrum[k]);
+    const double greatest = *std::ranges::max_element(fraction);
+    if (!(greatest > 0)) return {};
+    for (double& value : fraction) value /= greatest;
+    const double step = rate / static_cast<double>(length);
+    const auto within = static_cast<std::size_t>(highest_frequency / step);
+    if (fraction.size() > within + 1) fraction.resize(within + 1);
+    const auto counts = [](double value) { return value >= least_amplitude; };
+    const auto first = std::ranges::find_if(fraction, counts);
+    const auto last = std::find_if(fraction.rbegin(), fraction.rend(), counts).base();  // one past it
+    if (last - first < 2) return 0.0;
+    const double band = 1.0 / static_cast<double>(last - first - 1);
+    double arc = 0;
+    for (auto it = first + 1; it != last; ++it) arc += std::hypot(band, *it - *(it - 1));
+    return -arc;
+}
+
+std::optional<double> log_dimensionless_jerk(std::span<const double> speed, double rate) {
+    if (speed.size() < 3) return {};
+    const double peak = *std::ranges::max_element(speed);
+    double sum = 0;  // ∫ (d²v/dt²)² dt
+    for (std::size_t i = 1; i + 1 < speed.size(); ++i) {
+        const double second = (speed[i + 1] - 2 * speed[i] + speed[i - 1]) * rate * rate;
+        sum += second * second / rate;
+    }
+    if (!(peak > 0) || !(sum > 0)) return {};
+    const double duration = static_cast<double>(speed.size()) / rate;
+    return -std::log(duration * duration * duration / (peak * peak) * sum);
+}
 
 int Score::wrong_entries() const {
     int sum = 0;
@@ -116,8 +253,7 @@ void Scorer::observe_console(const Frame& frame) {
     const bool dsa = console.mode() == script::ImagingMode::Dsa;
     score_.runs += dsa && (mode_ != script::ImagingMode::Dsa || frame.motion.console.mask);
     mode_ = console.mode();
-    if (std::find(views_.begin(), views_.end(), console.arm()) == views_.end())
-        views_.push_back(console.arm());
+    if (std::ranges::find(views_, console.arm()) == views_.end()) views_.push_back(console.arm());
     score_.views = static_cast<int>(views_.size());
 }
 
@@ -156,9 +292,9 @@ void Scorer::observe_motion(const Frame& frame) {
     const double moved = (simulation.tip() - last_tip_).norm();
     score_.tip_path += moved;
     if (first_motion_ && !score_.completed) {
-        const bool moving = frame.motion.rotation != 0 ||
-                            std::any_of(frame.motion.insertions.begin(), frame.motion.insertions.end(),
-                                        [](double insertion) { return insertion != 0; });
+        const bool moving =
+            frame.motion.rotation != 0 ||
+            std::ranges::any_of(frame.motion.insertions, [](double insertion) { return insertion != 0; });
         speeds_.push_back(static_cast<float>(moved / frame_time_));
         moving_frames_ += moving;
         moving_path_ += moving ? moved : 0;

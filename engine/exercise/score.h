@@ -1,19 +1,83 @@
 #pragma once
 /// What an attempt is judged by; what that is worth is in grade.h. An attempt is completed at the first frame
 /// at which the tip has stayed within the target's radius for the hold. Time is frame divided by frame rate.
+/// Also how smoothly the tip moves, and the branches it went into although they do not lead to the target,
+/// and what a teacher did to screen and clock.
 
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/anatomy.h"
 #include "engine/exercise/frame.h"
 #include "engine/exercise/handling.h"
-#include "engine/exercise/teacher_marks.h"
-#include "engine/exercise/wrong_turns.h"
 #include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+#include "physics/geometry/state.h"
 
 namespace exercise {
+
+struct TeacherMark {
+    script::TeacherAct act;
+    int frame = 0;       // of the run
+    double seconds = 0;  // of the attempt, at the frame's end
+
+    void state(geometry::StateStream& s) { s(act.thing, act.on, frame, seconds); }
+};
+
+/// As in score.json: one of script::teacher_things, or "paused".
+std::string id_of(const script::TeacherAct&);
+/// Whether the act shows what the trainee has to find.
+bool helps(const script::TeacherAct&);
+/// "target shown", "hints hidden", "paused".
+std::string text_of(const script::TeacherAct&);
+/// "0:31".
+std::string moment_text(double seconds);
+/// "target shown at 0:31, target hidden at 0:45"; empty for none.
+std::string text_of(std::span<const TeacherMark>);
+/// What stands before that: "helped by the teacher" where one of them helps, else "by the teacher".
+std::string heading_of(std::span<const TeacherMark>);
+
+struct WrongBranch {
+    std::string name;  // of the anatomy
+    int entries = 0;
+    double seconds = 0;  // that the tip was in it
+
+    void state(geometry::StateStream& s) { s(name, entries, seconds); }
+};
+
+/// Branches of the way from the tip at the start to the target, along the centrelines, are right, all others
+/// wrong. A tip is in a wrong branch when that is the nearest and the tip is a millimetre or more outside the
+/// right ones; it has left when it is inside a right one again. To come back from a branch into its parent is
+/// no entry.
+class WrongTurns {
+public:
+    WrongTurns(const anatomy::Anatomy&, const geometry::Vec3& start, const geometry::Vec3& target);
+
+    /// `seconds`: since the last call, which the tip spent where it is [s].
+    void observe(const anatomy::Anatomy&, const geometry::Vec3& tip, double seconds);
+    /// In the order of their first entry.
+    const std::vector<WrongBranch>& branches() const { return found_; }
+    void state(geometry::StateStream& s) { s(found_, inside_); }
+
+private:
+    std::vector<bool> right_;  // of each branch
+    std::vector<WrongBranch> found_;
+    int inside_ = -1;  // the wrong branch that the tip is in
+};
+
+/// Spectral arc length (Balasubramanian 2012): −∫ of the arc of the speed's normalised spectrum up to 10 Hz,
+/// or to half the rate where that is less, from the first to the last frequency with at least 5 % of the
+/// greatest; the speed is padded by zeros to 16 times its length or more. Near −1.4 for one smooth stroke,
+/// the lower the more the speed changes. Empty for fewer than two frames, for a tip that never moves, and for
+/// more than 2^18 frames. `speed` [mm/s], `rate` of its frames [1/s].
+std::optional<double> spectral_arc_length(std::span<const double> speed, double rate);
+
+/// Log dimensionless jerk (Balasubramanian 2015): −ln(T³/v_max² · Σ (d²v/dt²)² Δt), differences of second
+/// order. The lower the less smooth. Empty for fewer than three frames or a speed without a second
+/// derivative.
+std::optional<double> log_dimensionless_jerk(std::span<const double> speed, double rate);
 
 /// The deepest contact of an attempt and what explains it: penetration · stiffness = force.
 struct DeepestContact {
@@ -61,7 +125,7 @@ struct Score {
     double tip_path = 0;         // distance travelled by the tip over the frames [mm]
     double path_efficiency = 0;  // distance from start to tip along the centreline / tip_path [-]
     double mean_tip_speed = 0;   // over the frames with motion, up to completion [mm/s]
-    /// Smoothness of the tip's speed from the first motion to completion, or to the end (smoothness.h); only
+    /// Smoothness of the tip's speed from the first motion to completion, or to the end; only
     /// Scorer::finish() computes it.
     std::optional<double> spectral_arc_length, log_dimensionless_jerk;
     double peak_wall_force = 0;     // of one joint [N]

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <optional>
 #include <utility>
 
-#include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation_parts.h"
 #include "engine/io/error.h"
@@ -479,7 +477,7 @@ bool Simulation::is_lost() const {
     const physics::RelaxReport& last = hub_->last_report();
     const auto contacts = hub_->contacts();
     return (wall_->smooth() && !last.at_rest() && last.gradient > lost) ||
-           std::any_of(contacts.begin(), contacts.end(), physics::astray);
+           std::ranges::any_of(contacts, physics::astray);
 }
 
 /// The same, but a wire that is lost goes back to the last one.

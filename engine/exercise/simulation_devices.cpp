@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation.h"
 #include "physics/wire/rub_forces.h"
@@ -64,7 +63,7 @@ geometry::Vec3 Simulation::tip() const {
 
 /// The wire has left by an end if it passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
-    return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
+    return std::ranges::any_of(anatomy_->ends, [&](const anatomy::VesselEnd& end) {
         const geometry::OpenEnd& opening = end.opening;
         const double reach = opening_reach * opening.radius;
         int out = 0;

@@ -1,9 +1,8 @@
 /// How a simulation decides anew what its shafts are.
 
-#include <algorithm>
 #include <fmt/format.h>
 
-#include "engine/exercise/chain.h"
+#include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation.h"
 #include "physics/wire/energy.h"
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <fmt/format.h>
+#include <stdexcept>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -73,6 +75,21 @@ std::string written(const CsvCell& cell) {
     return quoted + '"';
 }
 
+std::string markdown_cell(const TableCell& cell, int digits) {
+    if (const double* number = std::get_if<double>(&cell))
+        return std::isfinite(*number) ? fmt::format("{:.{}g}", *number, digits) : std::string("–");
+    std::string text;
+    for (const char c : std::get<std::string>(cell)) {
+        if (c == '|')
+            text += "\\|";
+        else if (c == '\n')
+            text += "<br>";
+        else
+            text += c;
+    }
+    return text;
+}
+
 }  // namespace
 
 void append_row(std::string& text, std::span<const CsvCell> row) {
@@ -91,7 +108,7 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
         throw InputError(located(
             {file, 1, 1}, fmt::format("'{}' was found; expected the header '{}'", shown(found), header)));
     }
-    const std::size_t columns = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
+    const std::size_t columns = static_cast<std::size_t>(std::ranges::count(header, ',')) + 1;
     std::vector<std::vector<double>> rows;
     for (int line = 2; !text.empty(); ++line) {
         const std::string_view row = take_line(text);
@@ -113,6 +130,48 @@ geometry::Polyline load_points(const std::filesystem::path& path) {
 std::string points_csv(std::span<const geometry::Vec3> points) {
     std::string text = std::string(points_header) + '\n';
     for (const geometry::Vec3& p : points) append_row(text, std::array<CsvCell, 3>{p.x(), p.y(), p.z()});
+    return text;
+}
+
+std::size_t Table::column(std::string_view of) const {
+    const auto at = std::ranges::find(columns, of);
+    if (at == columns.end()) throw std::out_of_range(fmt::format("table '{}' has no column '{}'", name, of));
+    return static_cast<std::size_t>(at - columns.begin());
+}
+
+double Table::number(std::size_t row, std::string_view of) const {
+    return std::get<double>(rows.at(row).at(column(of)));
+}
+
+const std::string& Table::word(std::size_t row, std::string_view of) const {
+    return std::get<std::string>(rows.at(row).at(column(of)));
+}
+
+void Table::add(std::vector<TableCell> row) {
+    assert(row.size() == columns.size());
+    rows.push_back(std::move(row));
+}
+
+std::string to_csv(const Table& table) {
+    std::string text;
+    append_row(text, std::vector<CsvCell>(table.columns.begin(), table.columns.end()));
+    for (const auto& row : table.rows) append_row(text, row);
+    return text;
+}
+
+std::string to_markdown(const Table& table, int digits) {
+    std::string text = "|", rule = "|";
+    for (std::size_t k = 0; k < table.columns.size(); ++k) {
+        const bool numbers = !table.rows.empty() && std::holds_alternative<double>(table.rows.front()[k]);
+        text += ' ' + markdown_cell(table.columns[k], digits) + " |";
+        rule += numbers ? " ---: |" : " --- |";
+    }
+    text += '\n' + rule + '\n';
+    for (const auto& row : table.rows) {
+        text += '|';
+        for (const TableCell& cell : row) text += ' ' + markdown_cell(cell, digits) + " |";
+        text += '\n';
+    }
     return text;
 }
 

@@ -1,10 +1,11 @@
 #pragma once
-/// Files that are either complete or absent.
+/// Files that are either complete or absent, and none of which is both read and written, or written twice.
 
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -153,5 +154,19 @@ void remove_unfinished();
 /// Removes from the folder what processes that have ended left unfinished there. Nothing happens where that
 /// is not allowed, or where there is no such folder.
 void remove_leftovers(const std::filesystem::path& folder);
+
+/// A file that a command writes, and the option that asks for it, such as "--trace".
+struct Output {
+    std::string option;
+    std::filesystem::path file;
+};
+
+/// The file that writing to the path would make or replace: links are followed, those to nothing too.
+std::filesystem::path file_behind(const std::filesystem::path&);
+/// Whether both are one file, there or yet to be made, under whatever names.
+bool same_file(const std::filesystem::path&, const std::filesystem::path&);
+/// To be called before any work. Throws InputError where an output is one of the inputs, a file that is there
+/// below a folder among them, or another output.
+void require_distinct(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
 
 }  // namespace io

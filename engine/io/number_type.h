@@ -50,7 +50,7 @@ template <class Stored>
 Stored stored_number(const char* at, bool big_endian) {
     std::array<char, sizeof(Stored)> raw;
     std::copy_n(at, raw.size(), raw.begin());
-    if (big_endian != (std::endian::native == std::endian::big)) std::reverse(raw.begin(), raw.end());
+    if (big_endian != (std::endian::native == std::endian::big)) std::ranges::reverse(raw);
     return std::bit_cast<Stored>(raw);
 }
 

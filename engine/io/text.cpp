@@ -50,6 +50,28 @@ std::size_t character_length(std::string_view text) {
     return wrong ? 0 : length;
 }
 
+[[noreturn]] void refuse_depth(std::string_view text, std::size_t at, const std::string& file) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    throw InputError(
+        located({file, static_cast<int>(line), 0},
+                fmt::format("more than {0} levels, one within another, were found; expected at most {0}",
+                            deepest_nesting)));
+}
+
+/// The byte behind a string that begins at `at` with `quote`; `escapes`: whether a backslash hides the next
+/// byte.
+std::size_t behind_string(std::string_view text, std::size_t at, std::string_view quote, bool escapes) {
+    for (std::size_t i = at + quote.size(); i < text.size(); ++i) {
+        if (escapes && text[i] == '\\')
+            ++i;
+        else if (text.substr(i, quote.size()) == quote)
+            return i + quote.size();
+        else if (quote.size() == 1 && text[i] == '\n')
+            return i;  // not closed: the parser reports it
+    }
+    return text.size();
+}
+
 }  // namespace
 
 bool is_utf8(std::string_view text) {
@@ -107,7 +129,7 @@ std::string toml_key(std::string_view text) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                c == '-';
     };
-    return !text.empty() && std::all_of(text.begin(), text.end(), bare) ? std::string(text) : toml_text(text);
+    return !text.empty() && std::ranges::all_of(text, bare) ? std::string(text) : toml_text(text);
 }
 
 std::string lower_case(std::string_view text) {
@@ -270,6 +292,55 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
 
 std::string place_text(const geometry::Vec3& p) {
     return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
+}
+
+void check_json_depth(std::string_view text, const std::string& file) {
+    int depth = 0;
+    for (std::size_t i = 0; i < text.size();) {
+        const char c = text[i];
+        if (c == '"') {
+            i = behind_string(text, i, "\"", true);
+            continue;
+        }
+        if ((c == '[' || c == '{') && ++depth > deepest_nesting) refuse_depth(text, i, file);
+        if (c == ']' || c == '}') --depth;
+        ++i;
+    }
+}
+
+void check_toml_depth(std::string_view text, const std::string& file) {
+    int depth = 0, dots = 0;
+    for (std::size_t i = 0; i < text.size();) {
+        const char c = text[i];
+        if (c == '"' || c == '\'') {
+            const std::string_view three = text.substr(i, 3);
+            const bool long_string = three == "\"\"\"" || three == "\'\'\'";
+            i = behind_string(text, i, long_string ? three : text.substr(i, 1), c == '"');
+            continue;
+        }
+        if (c == '#') {
+            i = std::min(text.find('\n', i), text.size());
+            continue;
+        }
+        if (c == '[' || c == '{') ++depth;
+        if (c == ']' || c == '}') --depth;
+        if (c == '.') ++dots;
+        // Levels of a key end with it.
+        if (c == '\n' || c == '=' || c == ',') dots = 0;
+        if (depth + dots > deepest_nesting) refuse_depth(text, i, file);
+        ++i;
+    }
+}
+
+Shard parse_shard(std::string_view text) {
+    const std::size_t slash = text.find('/');
+    if (slash != std::string_view::npos) {
+        const auto index = parse_integer(text.substr(0, slash)),
+                   count = parse_integer(text.substr(slash + 1));
+        if (index && count && *index >= 1 && *index <= *count && *count <= most_shards)
+            return {*index, *count};
+    }
+    throw InputError("--shard: '{}' was found; expected i/n with 1 <= i <= n <= {}", text, most_shards);
 }
 
 }  // namespace io

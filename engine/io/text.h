@@ -1,5 +1,6 @@
 #pragma once
-/// Conversion of numbers and words to text and back, the same in every locale.
+/// Conversion of numbers and words to text and back, the same in every locale; and how deep texts may be
+/// nested, for what reads them calls itself level by level. Fractions of a piece of work, "2/5".
 
 #include <cstdint>
 #include <optional>
@@ -64,5 +65,22 @@ std::vector<std::string_view> words_of(std::string_view text);
 /// "a, b, c".
 std::string joined(std::span<const std::string_view> words, std::string_view separator = ", ");
 std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+inline constexpr int deepest_nesting = 64;
+
+/// Throws InputError "FILE:LINE: …" for JSON with brackets nested deeper.
+void check_json_depth(std::string_view text, const std::string& file);
+/// The same for TOML; a dotted key counts a level for each of its dots.
+void check_toml_depth(std::string_view text, const std::string& file);
+
+inline constexpr int most_shards = 100'000;
+
+/// The `index`-th of `count` equal fractions, counted from 1.
+struct Shard {
+    int index = 1, count = 1;
+};
+
+/// "i/n", 1 ≤ i ≤ n ≤ most_shards. Throws InputError, which names the option --shard.
+Shard parse_shard(std::string_view);
 
 }  // namespace io

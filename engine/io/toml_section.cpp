@@ -6,7 +6,6 @@
 #include <sstream>
 #include <toml++/toml.h>
 
-#include "engine/io/depth.h"
 #include "engine/io/text.h"
 
 namespace io {
@@ -50,7 +49,7 @@ toml::table ParseContext::parse(std::string_view text) const {
 
 void ParseContext::end() {
     if (wrong.empty()) return;
-    std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) {
+    std::ranges::stable_sort(wrong, [](const auto& a, const auto& b) {
         return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
     });
     std::vector<std::string> lines;
@@ -77,7 +76,7 @@ void Section::schema() {
 }
 
 const toml::node* Section::find(std::string_view key) {
-    if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) keys_.push_back(key);
+    if (std::ranges::find(keys_, key) == keys_.end()) keys_.push_back(key);
     const toml::node* node = table_ ? table_->get(key) : nullptr;
     if (node)
         reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] =
@@ -141,7 +140,7 @@ std::optional<std::size_t> Section::choice(std::string_view key, std::span<const
     const toml::node* node = find(key);
     if (!node) return std::nullopt;
     if (const auto* read = node->as_string()) {
-        const auto at = std::find(accepted.begin(), accepted.end(), read->get());
+        const auto at = std::ranges::find(accepted, read->get());
         if (at != accepted.end()) return static_cast<std::size_t>(at - accepted.begin());
     }
     refuse(key, *node, "expected " + joined(accepted));
@@ -187,7 +186,7 @@ void Section::refuse_whole(const std::string& text) {
 void Section::finish() const {
     if (!table_) return;
     for (const auto& [key, node] : *table_) {
-        if (std::find(keys_.begin(), keys_.end(), key.str()) != keys_.end()) continue;
+        if (std::ranges::find(keys_, key.str()) != keys_.end()) continue;
         reading_.refuse(key.source(), fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
                                                   name_.empty() ? "at the top" : "in [" + name_ + "]",
                                                   suggestion(key.str(), keys_), joined(keys_)));

@@ -2,7 +2,9 @@
 /// Tables of TOML files written by people: values are checked one by one, and all errors collected with their
 /// lines.
 
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -60,6 +62,11 @@ public:
     void refuse(std::string_view key, const toml::node&, const std::string& accepted);
 
     void number(std::string_view key, double& value, Range, double unit = 1.0);
+    void number(std::string_view key, std::optional<double>& value, Range range, double unit = 1.0) {
+        double read = std::numeric_limits<double>::quiet_NaN();
+        number(key, read, range, unit);
+        if (!std::isnan(read)) value = read;
+    }
     template <class Integer>
     void whole(std::string_view key, Integer& value, Range range) {
         if (const std::optional<long long> read = whole_number(key, range))

@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
+#include "engine/patient/ct_image.h"
 #include "engine/patient/ct_samples.h"
-#include "engine/patient/hounsfield.h"
-#include "engine/patient/mesh_coverage.h"
-#include "physics/geometry/parallel.h"
+#include "engine/patient/voxelise.h"
 
 namespace patient {
 namespace {
 
 constexpr int air_hu = -1000;
 constexpr int tissue_hu = -400;
-
-int all_threads() {
-    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-}
 
 /// Cells of several voxels, one byte each.
 struct Cells {
@@ -50,45 +44,37 @@ Cells tissue_cells(const CtImage& ct) {
         cells.size[a] = (ct.grid.size[a] + cells.factor[a] - 1) / cells.factor[a];
     }
     cells.set.resize(static_cast<std::size_t>(cells.size[0]) * cells.size[1] * cells.size[2]);
-    geometry::parallel_for(
-        cells.size[2], all_threads(),
-        [&](int ck) {
-            std::vector<long long> sums(static_cast<std::size_t>(cells.size[0]) * cells.size[1]);
-            std::vector<int> counts(sums.size());
-            for (int k = ck * cells.factor[2]; k < std::min((ck + 1) * cells.factor[2], ct.grid.size[2]); ++k)
-                for (int j = 0; j < ct.grid.size[1]; ++j) {
-                    const std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
-                    const std::size_t to = static_cast<std::size_t>(j / cells.factor[1]) * cells.size[0];
-                    for (int i = 0; i < ct.grid.size[0]; ++i) {
-                        sums[to + i / cells.factor[0]] += row[i];
-                        ++counts[to + i / cells.factor[0]];
-                    }
+    on_all_processors(cells.size[2], 2, [&](int ck) {
+        std::vector<long long> sums(static_cast<std::size_t>(cells.size[0]) * cells.size[1]);
+        std::vector<int> counts(sums.size());
+        for (int k = ck * cells.factor[2]; k < std::min((ck + 1) * cells.factor[2], ct.grid.size[2]); ++k)
+            for (int j = 0; j < ct.grid.size[1]; ++j) {
+                const std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
+                const std::size_t to = static_cast<std::size_t>(j / cells.factor[1]) * cells.size[0];
+                for (int i = 0; i < ct.grid.size[0]; ++i) {
+                    sums[to + i / cells.factor[0]] += row[i];
+                    ++counts[to + i / cells.factor[0]];
                 }
-            for (std::size_t c = 0; c < sums.size(); ++c)
-                cells.set[cells.index(0, 0, ck) + c] =
-                    sums[c] > static_cast<long long>(tissue_hu) * counts[c];
-        },
-        {}, 2);
+            }
+        for (std::size_t c = 0; c < sums.size(); ++c)
+            cells.set[cells.index(0, 0, ck) + c] = sums[c] > static_cast<long long>(tissue_hu) * counts[c];
+    });
     return cells;
 }
 
 /// Unsets (or sets) cells beside one that is not (is) set. Cells beyond the grid count as the cell itself.
 void spread(Cells& cells, char value, const Cells* within = nullptr) {
     const std::vector<char> before = cells.set;
-    geometry::parallel_for(
-        cells.size[2], all_threads(),
-        [&](int k) {
-            for (int j = 0; j < cells.size[1]; ++j)
-                for (int i = 0; i < cells.size[0]; ++i) {
-                    const std::size_t at = cells.index(i, j, k);
-                    if (before[at] == value || (within && !within->set[at])) continue;
-                    bool beside = false;
-                    cells.for_neighbours(i, j, k,
-                                         [&](std::size_t n) { beside = beside || before[n] == value; });
-                    if (beside) cells.set[at] = value;
-                }
-        },
-        {}, 2);
+    on_all_processors(cells.size[2], 2, [&](int k) {
+        for (int j = 0; j < cells.size[1]; ++j)
+            for (int i = 0; i < cells.size[0]; ++i) {
+                const std::size_t at = cells.index(i, j, k);
+                if (before[at] == value || (within && !within->set[at])) continue;
+                bool beside = false;
+                cells.for_neighbours(i, j, k, [&](std::size_t n) { beside = beside || before[n] == value; });
+                if (beside) cells.set[at] = value;
+            }
+    });
 }
 
 /// Leaves the pieces that hang together across faces and are at least `fraction` as large as the largest.
@@ -115,7 +101,7 @@ void keep_large_pieces(Cells& cells, double fraction) {
         }
         sizes.push_back(count);
     }
-    const double least = fraction * static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
+    const double least = fraction * static_cast<double>(*std::ranges::max_element(sizes));
     for (std::size_t c = 0; c < cells.set.size(); ++c)
         cells.set[c] =
             piece[c] != 0 && static_cast<double>(sizes[static_cast<std::size_t>(piece[c])]) >= least;
@@ -124,35 +110,32 @@ void keep_large_pieces(Cells& cells, double fraction) {
 /// Sets what the set cells enclose in each layer across `axis`.
 void fill_layers(Cells& cells, int axis) {
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    geometry::parallel_for(
-        cells.size[axis], all_threads(),
-        [&](int n) {
-            const auto at = [&](int u, int v) {
-                std::array<int, 3> place{};
-                place[axis] = n, place[b] = u, place[c] = v;
-                return cells.index(place[0], place[1], place[2]);
-            };
-            std::vector<char> outside(static_cast<std::size_t>(cells.size[b]) * cells.size[c], 0);
-            std::vector<std::pair<int, int>> waiting;
-            const auto reach = [&](int u, int v) {
-                if (u < 0 || v < 0 || u >= cells.size[b] || v >= cells.size[c]) return;
-                char& seen = outside[static_cast<std::size_t>(v) * cells.size[b] + u];
-                if (seen || cells.set[at(u, v)]) return;
-                seen = 1;
-                waiting.emplace_back(u, v);
-            };
-            for (int u = 0; u < cells.size[b]; ++u) reach(u, 0), reach(u, cells.size[c] - 1);
-            for (int v = 0; v < cells.size[c]; ++v) reach(0, v), reach(cells.size[b] - 1, v);
-            while (!waiting.empty()) {
-                const auto [u, v] = waiting.back();
-                waiting.pop_back();
-                reach(u - 1, v), reach(u + 1, v), reach(u, v - 1), reach(u, v + 1);
-            }
-            for (int v = 0; v < cells.size[c]; ++v)
-                for (int u = 0; u < cells.size[b]; ++u)
-                    if (!outside[static_cast<std::size_t>(v) * cells.size[b] + u]) cells.set[at(u, v)] = 1;
-        },
-        {}, 2);
+    on_all_processors(cells.size[axis], 2, [&](int n) {
+        const auto at = [&](int u, int v) {
+            std::array<int, 3> place{};
+            place[axis] = n, place[b] = u, place[c] = v;
+            return cells.index(place[0], place[1], place[2]);
+        };
+        std::vector<char> outside(static_cast<std::size_t>(cells.size[b]) * cells.size[c], 0);
+        std::vector<std::pair<int, int>> waiting;
+        const auto reach = [&](int u, int v) {
+            if (u < 0 || v < 0 || u >= cells.size[b] || v >= cells.size[c]) return;
+            char& seen = outside[static_cast<std::size_t>(v) * cells.size[b] + u];
+            if (seen || cells.set[at(u, v)]) return;
+            seen = 1;
+            waiting.emplace_back(u, v);
+        };
+        for (int u = 0; u < cells.size[b]; ++u) reach(u, 0), reach(u, cells.size[c] - 1);
+        for (int v = 0; v < cells.size[c]; ++v) reach(0, v), reach(cells.size[b] - 1, v);
+        while (!waiting.empty()) {
+            const auto [u, v] = waiting.back();
+            waiting.pop_back();
+            reach(u - 1, v), reach(u + 1, v), reach(u, v - 1), reach(u, v + 1);
+        }
+        for (int v = 0; v < cells.size[c]; ++v)
+            for (int u = 0; u < cells.size[b]; ++u)
+                if (!outside[static_cast<std::size_t>(v) * cells.size[b] + u]) cells.set[at(u, v)] = 1;
+    });
 }
 
 }  // namespace
@@ -162,7 +145,7 @@ std::size_t remove_surroundings(CtImage& ct, const std::filesystem::path& file) 
     Cells body = tissue;
     constexpr int thinned = 2;
     for (int n = 0; n < thinned; ++n) spread(body, 0);
-    if (std::none_of(body.set.begin(), body.set.end(), [](char c) { return c != 0; }))
+    if (std::ranges::none_of(body.set, [](char c) { return c != 0; }))
         refuse_ct(file, "no body was found: nothing thicker than 8 mm is denser than -400 HU",
                   "expected a CT in Hounsfield units");
     constexpr double large = 0.25;
@@ -175,20 +158,17 @@ std::size_t remove_surroundings(CtImage& ct, const std::filesystem::path& file) 
     fill_layers(body, axis);
     spread(body, 1);
     std::vector<std::size_t> removed(static_cast<std::size_t>(ct.grid.size[2]), 0);
-    geometry::parallel_for(
-        ct.grid.size[2], all_threads(),
-        [&](int k) {
-            for (int j = 0; j < ct.grid.size[1]; ++j) {
-                std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
-                const char* keep = body.set.data() + body.index(0, j / body.factor[1], k / body.factor[2]);
-                for (int i = 0; i < ct.grid.size[0]; ++i) {
-                    if (keep[i / body.factor[0]]) continue;
-                    removed[static_cast<std::size_t>(k)] += row[i] > tissue_hu;
-                    row[i] = air_hu;
-                }
+    on_all_processors(ct.grid.size[2], 4, [&](int k) {
+        for (int j = 0; j < ct.grid.size[1]; ++j) {
+            std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
+            const char* keep = body.set.data() + body.index(0, j / body.factor[1], k / body.factor[2]);
+            for (int i = 0; i < ct.grid.size[0]; ++i) {
+                if (keep[i / body.factor[0]]) continue;
+                removed[static_cast<std::size_t>(k)] += row[i] > tissue_hu;
+                row[i] = air_hu;
             }
-        },
-        {}, 4);
+        }
+    });
     std::size_t sum = 0;
     for (const std::size_t n : removed) sum += n;
     return sum;
@@ -285,34 +265,31 @@ void replace_contrast(CtImage& ct, const geometry::TriangleMesh& lumen) {
     excess.finish();
     const int first = std::max(coverage.first_layer() - 1, 0);
     const int end = std::min(coverage.end_layer() + 1, ct.grid.size[2]);
-    geometry::parallel_for(
-        end - first, all_threads(),
-        [&](int n) {
-            const int k = first + n;
-            std::vector<float> own, near, other;
-            coverage.layer(k, own);
-            near = own;
-            for (const int beside : {k - 1, k + 1}) {
-                coverage.layer(beside, other);
-                for (std::size_t i = 0; i < near.size(); ++i) near[i] += other[i];
-            }
-            add_neighbours(near, nx, 1, ny, nx);
-            add_neighbours(near, ny, nx, nx, 1);
-            for (int j = 0; j < ny; ++j)
-                for (int i = 0; i < nx; ++i) {
-                    const std::size_t at = static_cast<std::size_t>(j) * nx + i;
-                    const float part = std::min(1.0f, 2.0f / 27.0f * near[at]);
-                    if (!(part > 1e-3f)) continue;
-                    std::int16_t& hu = ct.hu[ct.grid.index(i, j, k)];
-                    if (own[at] > whole) {
-                        hu = blood;
-                    } else if (hu > blood) {
-                        const float left = static_cast<float>(hu) - part * excess.at(i, j, k);
-                        hu = std::max(blood, static_cast<std::int16_t>(std::lround(left)));
-                    }
+    on_all_processors(end - first, 4, [&](int n) {
+        const int k = first + n;
+        std::vector<float> own, near, other;
+        coverage.layer(k, own);
+        near = own;
+        for (const int beside : {k - 1, k + 1}) {
+            coverage.layer(beside, other);
+            for (std::size_t i = 0; i < near.size(); ++i) near[i] += other[i];
+        }
+        add_neighbours(near, nx, 1, ny, nx);
+        add_neighbours(near, ny, nx, nx, 1);
+        for (int j = 0; j < ny; ++j)
+            for (int i = 0; i < nx; ++i) {
+                const std::size_t at = static_cast<std::size_t>(j) * nx + i;
+                const float part = std::min(1.0f, 2.0f / 27.0f * near[at]);
+                if (!(part > 1e-3f)) continue;
+                std::int16_t& hu = ct.hu[ct.grid.index(i, j, k)];
+                if (own[at] > whole) {
+                    hu = blood;
+                } else if (hu > blood) {
+                    const float left = static_cast<float>(hu) - part * excess.at(i, j, k);
+                    hu = std::max(blood, static_cast<std::int16_t>(std::lround(left)));
                 }
-        },
-        {}, 4);
+            }
+    });
 }
 
 }  // namespace patient

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/patient/ct_samples.h"
 #include "engine/patient/patient_files.h"
@@ -85,7 +84,7 @@ std::uint64_t content_hash(const fs::path& path) {
         } catch (const fs::filesystem_error& error) {
             refuse_ct(path, error.code().message(), accepted_cts);
         }
-        std::sort(files.begin(), files.end());
+        std::ranges::sort(files);
         hash.add(std::uint64_t{files.size()});
         for (const fs::path& file : files) add_file(hash, file);
         return hash.value();

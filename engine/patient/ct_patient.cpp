@@ -8,9 +8,9 @@
 
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
-#include "engine/patient/cell_means.h"
 #include "engine/patient/ct_cleaning.h"
-#include "engine/patient/hounsfield.h"
+#include "engine/patient/ct_image.h"
+#include "engine/patient/ct_samples.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/xray/path_length.h"

@@ -1,6 +1,7 @@
 #pragma once
 /// What the readers of CT files share: bytes from plain and compressed files, numbers of any type, checks.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -8,9 +9,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "engine/io/number_type.h"
 #include "engine/patient/ct_image.h"
+#include "physics/geometry/parallel.h"
 
 namespace patient {
 
@@ -21,6 +24,13 @@ CtImage read_dicom(const std::filesystem::path& folder, const std::string& serie
 
 /// The file that a detached NRRD header names; empty for any other file, or one that is no header.
 std::optional<std::filesystem::path> detached_data(const std::filesystem::path&);
+
+/// Calls work(i) for every i < count, blocks of neighbouring ones on any processor.
+template <class Index, class Work>
+void on_all_processors(Index count, Index block, const Work& work) {
+    const auto threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
+    geometry::parallel_for(count, static_cast<int>(threads), work, {}, block);
+}
 
 /// "PATH: FOUND; ACCEPTED" as an InputError.
 [[noreturn]] void refuse_ct(const std::filesystem::path&, const std::string& found,
@@ -75,5 +85,11 @@ inline std::optional<std::int16_t> as_hu(double value) {
     const double within = value < lowest_hu ? lowest_hu : value > highest_hu ? highest_hu : value;
     return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
 }
+
+/// A scanner's number is a mean over a voxel. Straight lines between such numbers would blur a second time,
+/// over two more voxels. This replaces them with those samples whose linear interpolation has the given
+/// numbers as its means: along each axis (s[i−1] + 6 s[i] + s[i+1])/8 = mean[i], with s constant beyond the
+/// ends. Sums along rays are kept; at an edge samples go up to a fifth of the step beyond it on each axis.
+void interpolate_means(CtImage&);
 
 }  // namespace patient

@@ -41,8 +41,7 @@ public:
             }
             if (at_ >= bytes_.size()) return deepest;
             if (!step()) return std::nullopt;
-            const auto levels =
-                std::count_if(open_.begin(), open_.end(), [](const Open& o) { return o.is_sequence; });
+            const auto levels = std::ranges::count_if(open_, [](const Open& o) { return o.is_sequence; });
             deepest = std::max(deepest, static_cast<int>(levels));
             if (deepest > most_dicom_levels) return deepest;
         }
@@ -102,8 +101,7 @@ private:
             at_ += kind.size();
             constexpr std::string_view with_long_length[] = {"OB", "OD", "OF", "OL", "OV", "OW", "SQ",
                                                              "SV", "UC", "UN", "UR", "UT", "UV"};
-            if (std::find(std::begin(with_long_length), std::end(with_long_length), kind) !=
-                std::end(with_long_length)) {
+            if (std::ranges::find(with_long_length, kind) != std::end(with_long_length)) {
                 if (!number(2)) return false;
                 length = number(4);
             } else {

@@ -193,7 +193,7 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
         refuse_ct(folder, fmt::format("one slice was found in the series {}", series_text(series)),
                   "expected two or more");
     const Vec3 normal = model.along_row.cross(model.along_column).normalized();
-    std::sort(series.begin(), series.end(), [&](const Slice& a, const Slice& b) {
+    std::ranges::sort(series, [&](const Slice& a, const Slice& b) {
         const double da = normal.dot(a.position), db = normal.dot(b.position);
         return da != db ? da < db : a.file < b.file;
     });
@@ -275,7 +275,7 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
             refuse_ct(folder, fmt::format("more than {} DICOM files were found", most_files),
                       "expected the folder of one examination");
     }
-    std::sort(files.begin(), files.end());
+    std::ranges::sort(files);
     std::map<std::string, Series> all;
     for (std::size_t i = 0; i < files.size(); ++i) {
         if (progress)

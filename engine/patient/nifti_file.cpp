@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 std::optional<io::NumberType> sample_type(int datatype) {
     constexpr int of_types[] = {DT_INT8,   DT_UINT8, DT_INT16,  DT_UINT16,  DT_INT32,
                                 DT_UINT32, DT_INT64, DT_UINT64, DT_FLOAT32, DT_FLOAT64};
-    const auto at = std::find(std::begin(of_types), std::end(of_types), datatype);
+    const auto at = std::ranges::find(of_types, datatype);
     if (at == std::end(of_types)) return std::nullopt;
     return static_cast<io::NumberType>(at - std::begin(of_types));
 }

@@ -1,7 +1,9 @@
 #include "engine/room/attempts.h"
 
 #include <algorithm>
+#include <chrono>
 #include <fmt/format.h>
+#include <utility>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -21,7 +23,7 @@ long long last_number(const fs::path& folder, const std::string& start, const st
         if (name.size() <= start.size() + end.size() || !name.starts_with(start) || !name.ends_with(end))
             continue;
         std::string digits = name.substr(start.size(), name.size() - start.size() - end.size());
-        if (!std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; })) continue;
+        if (!std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) continue;
         digits.erase(0, std::min(digits.find_first_not_of('0'), digits.size() - 1));
         if (const auto number = io::parse_integer(digits); number) last = std::max<long long>(last, *number);
     }
@@ -72,6 +74,55 @@ fs::path Attempts::make_next(const std::string& scenario) const {
         const fs::path file = where / fmt::format("{}{:0{}}{}", start, ++number, folder ? 3 : 1, end);
         if (io::make_new(file)) return file;
     }
+}
+
+void AttemptRecording::begin(const Attempts& attempts, const std::string& scenario,
+                             script::RecordingHeader header) {
+    header.origin.date = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    try {
+        const std::filesystem::path file = attempts.make_next(scenario);
+        recording_.emplace(file, header);
+        file_ = file;
+        works_ = true;
+    } catch (const io::InputError& error) {
+        say_(fmt::format("This attempt is not recorded: {}", error.what()));
+    }
+}
+
+template <class Write>
+void AttemptRecording::write(Write&& what) {
+    if (!recording_) return;
+    try {
+        what(*recording_);
+    } catch (const io::InputError& error) {
+        say_(fmt::format("The recording ends here: {}", error.what()));
+        recording_.reset();
+        works_ = false;
+    }
+}
+
+void AttemptRecording::frame(int number, std::span<const script::Command> commands,
+                             const script::Recording::StateHash& hash) {
+    if (works_) write([&](script::Recording& file) { file.frame(number, commands, hash); });
+}
+
+void AttemptRecording::take_back(int frame) {
+    if (works_) write([&](script::Recording& file) { file.take_back(frame); });
+}
+
+void AttemptRecording::practised(int steps_done, int steps) {
+    if (works_) write([&](script::Recording& file) { file.practised(steps_done, steps); });
+}
+
+void AttemptRecording::close(const script::Recording::StateHash& hash) {
+    if (works_) write([&](script::Recording& file) { file.close(hash); });
+    works_ = false;
+}
+
+bool AttemptRecording::comment(const script::Comment& comment) {
+    if (!recording_ || comment.frame > recording_->last_frame()) return false;
+    write([&](script::Recording& file) { file.comment(comment); });
+    return recording_.has_value();
 }
 
 }  // namespace room

@@ -1,5 +1,6 @@
 #pragma once
 /// Who holds which device: two hands, and a helper. What any of them holds stays while others are moved.
+/// What syringe and injector give, through what.
 
 #include <array>
 #include <optional>
@@ -44,5 +45,18 @@ private:
     std::vector<bool> helped_;               // by the helper, once no hand has the device
     std::array<std::optional<script::DeviceRole>, 2> hands_;
 };
+
+/// Through what an injection goes in these vessels, with these devices: "through the catheter", "through the
+/// introducer", "through a flush catheter in the aorta, from another access". Never through a wire: where
+/// there is nothing else it is the introducer.
+std::string site_name(const InjectionPreset&, std::span<const scenario::PlacedDevice>, const anatomy::Anatomy&);
+
+/// One injection now, or the reason against it. A hand gives no more than the lumen passes, and says so; what
+/// the injector cannot push through within its pressure is refused.
+struct Answer {
+    std::optional<script::Inject> command;
+    std::string said;  // a sentence
+};
+Answer inject(const InjectionPreset&, const exercise::Simulation&);
 
 }  // namespace room

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 
-#include "engine/room/injections.h"
+#include "engine/room/grasp.h"
 #include "render/xray/c_arm.h"
 
 namespace room {
@@ -37,7 +36,7 @@ double rounded(double value, double step) {
 
 std::size_t index_of(double rate) {
     const auto& rates = script::pulse_rates;
-    return static_cast<std::size_t>(std::find(rates.begin(), rates.end(), rate) - rates.begin());
+    return static_cast<std::size_t>(std::ranges::find(rates, rate) - rates.begin());
 }
 
 }  // namespace
@@ -313,7 +312,7 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
 std::vector<script::Command> Hands::commands(const Input& input, const exercise::Simulation& simulation,
                                              const exercise::StepReport& last, Messages& messages) {
     std::vector<script::Command> commands;
-    if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
+    if (std::ranges::find(input.pressed, Action::BackToStart) != input.pressed.end()) {
         rest();
         wants_roadmap_ = acquires_ = false;
         grasp_.reset();

@@ -5,7 +5,6 @@
 #include <map>
 #include <toml++/toml.h>
 
-#include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
@@ -208,7 +207,7 @@ const std::vector<std::string_view>& key_names() {
 
 std::optional<Key> find_key(std::string_view name) {
     const auto& names = key_names();
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     if (found == names.end()) return std::nullopt;
     return static_cast<Key>(found - names.begin());
 }

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "engine/anatomy/clinical_names.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/handling.h"
 #include "render/panel/readout.h"
 
@@ -35,9 +35,7 @@ std::string site_name(const script::Inject& inject) {
 }  // namespace
 
 void LessonLog::insert(LessonEvent event) {
-    const auto later =
-        std::upper_bound(events_.begin(), events_.end(), event.frame,
-                         [](int frame, const LessonEvent& other) { return frame < other.frame; });
+    const auto later = std::ranges::upper_bound(events_, event.frame, {}, &LessonEvent::frame);
     events_.insert(later, std::move(event));
     ++version_;
 }

@@ -62,9 +62,9 @@ PlayedHand::PlayedHand(const script::CommandScript& script, const Speeds& speeds
             else
                 moves.emplace_back(timed.place.line, motion);
         }
-        const bool same = moves.size() == group.size() &&
-                          std::all_of(moves.begin(), moves.end(),
-                                      [&](const auto& move) { return group.contains(move.first); });
+        const bool same = moves.size() == group.size() && std::ranges::all_of(moves, [&](const auto& move) {
+                              return group.contains(move.first);
+                          });
         if (!same || !others.empty()) end_group();
         if (!others.empty() || moves.empty()) {
             const bool waits = moves.empty();

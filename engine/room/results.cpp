@@ -3,11 +3,32 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "engine/script/command.h"
 
 namespace room {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What folder_of() made the folder's name of.
+std::string learner_of(const std::string& folder) {
+    const auto digit = [](char c) {
+        return c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    };
+    std::string name;
+    for (std::size_t i = 0; i < folder.size(); ++i) {
+        const bool coded = folder[i] == '%' && i + 2 < folder.size() && digit(folder[i + 1]) >= 0 &&
+                           digit(folder[i + 2]) >= 0;
+        name += coded ? static_cast<char>(digit(folder[i + 1]) * 16 + digit(folder[i + 2])) : folder[i];
+        if (coded) i += 2;
+    }
+    return name;
+}
+
+}  // namespace
 
 Results::Results(std::filesystem::path file) : file_(std::move(file)) {
     const nlohmann::json json = [this] {
@@ -91,6 +112,38 @@ void Results::keep() const {
     std::error_code ignored;
     std::filesystem::create_directories(file_.parent_path(), ignored);
     io::write_whole(file_, json.dump(2) + "\n");
+}
+
+std::string folder_of(const std::string& learner) {
+    return learner.empty() ? "guest" : io::file_name_of(learner);
+}
+
+std::vector<std::string> Learners::names() const {
+    if (data_.empty()) return {};
+    std::vector<std::pair<fs::file_time_type, std::string>> found;
+    std::error_code failed;
+    for (const auto& entry : fs::directory_iterator(data_ / "recordings", failed)) {
+        if (!entry.is_directory(failed)) continue;
+        const std::string folder = entry.path().filename().string(), name = learner_of(folder);
+        // A folder that is no learner's own is somebody else's.
+        if (folder == folder_of("") || !script::is_learner(name) || folder_of(name) != folder) continue;
+        found.emplace_back(fs::last_write_time(entry.path(), failed), name);
+    }
+    std::ranges::sort(found, [](const auto& a, const auto& b) {
+        return a.first != b.first ? a.first > b.first : a.second < b.second;
+    });
+    std::vector<std::string> names;
+    for (auto& [time, name] : found) names.push_back(std::move(name));
+    return names;
+}
+
+Attempts Learners::attempts(const std::string& learner) const {
+    return data_.empty() ? Attempts() : Attempts(folder(learner) / "");
+}
+
+std::filesystem::path Learners::results(const std::string& learner) const {
+    if (data_.empty()) return {};
+    return learner.empty() ? data_ / "results.json" : folder(learner) / "results.json";
 }
 
 }  // namespace room

@@ -1,13 +1,15 @@
 #pragma once
-/// A trainee's best results.
+/// The people who train on this computer, each with a folder of attempts, and their best results.
 
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
+#include "engine/room/attempts.h"
 
 namespace room {
 
@@ -42,6 +44,33 @@ private:
 
     std::filesystem::path file_;
     std::map<std::string, BestResult> best_;
+};
+
+/// The name of a learner's folder: the learner's own, with what a file name cannot hold written as %XX;
+/// "guest" for nobody's.
+std::string folder_of(const std::string& learner);
+
+class Learners {
+public:
+    /// Keeps nobody.
+    Learners() = default;
+    /// `data`: the user's folder of data. Attempts are in recordings/NAME, results in its results.json; those
+    /// of guests are in results.json of `data`.
+    explicit Learners(std::filesystem::path data) : data_(std::move(data)) {}
+
+    /// Those who have a folder, who trained last first.
+    std::vector<std::string> names() const;
+    /// Where the learner's attempts are kept; "" is a guest.
+    Attempts attempts(const std::string& learner) const;
+    /// File of the learner's results; empty where nothing is kept.
+    std::filesystem::path results(const std::string& learner) const;
+
+private:
+    std::filesystem::path folder(const std::string& learner) const {
+        return data_ / "recordings" / folder_of(learner);
+    }
+
+    std::filesystem::path data_;
 };
 
 }  // namespace room

@@ -126,7 +126,7 @@ std::optional<double> band_width(const render::GrayImage& image, const Ruler& ru
             between(image.pixels, image.width, image.height, ruler.x0 + t * (ruler.x1 - ruler.x0) - 0.5,
                     ruler.y0 + t * (ruler.y1 - ruler.y0) - 0.5);
     }
-    const int darkest = static_cast<int>(std::min_element(profile.begin(), profile.end()) - profile.begin());
+    const int darkest = static_cast<int>(std::ranges::min_element(profile) - profile.begin());
     const double background = std::min(*std::max_element(profile.begin(), profile.begin() + darkest + 1),
                                        *std::max_element(profile.begin() + darkest, profile.end()));
     const double depth = background - profile[darkest];

@@ -14,7 +14,6 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/run/batch_rows.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
-#include "engine/io/shard.h"
+#include "engine/io/text.h"
 #include "engine/scenario/exercise_folders.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/io/csv.h"
-#include "engine/io/shard.h"
+#include "engine/io/text.h"
 
 namespace run {
 

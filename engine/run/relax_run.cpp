@@ -12,8 +12,6 @@
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/outputs.h"
-#include "engine/io/table.h"
 #include "engine/io/text.h"
 #include "engine/run/relax_method.h"
 #include "physics/geometry/polyline.h"
@@ -252,7 +250,7 @@ Vessel anatomy_vessel(const RelaxRequest& r, const std::optional<physics::WallVa
         refuse("--branch", fmt::format("'{}' is no branch of {}", *r.branch, r.anatomy->string()),
                fmt::format("branches are: {}", io::joined(names)));
     const anatomy::EntryPath path = anatomy::path_from(anatomy, end_of_branch(anatomy, *branch));
-    const double narrowest = *std::min_element(branch->radii.begin(), branch->radii.end());
+    const double narrowest = *std::ranges::min_element(branch->radii);
     if (!physics::enters(r.wire_diameter, narrowest))
         refuse("--wire-diameter",
                fmt::format("branch '{}' is {:.3g} mm wide at its narrowest and does not take a wire of "

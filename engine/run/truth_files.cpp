@@ -7,9 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
 #include "physics/geometry/vec.h"
 
@@ -181,28 +179,25 @@ void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& 
     queue_.put([truth, time, new_pose, folder = folder_, lengths_of = lengths_of_, deadline = deadline_] {
         TruthFiles files(folder, *deadline);
         const auto add = [&](const std::string& name, const auto& picture) {
-            files.add(name, [&](const std::filesystem::path& file) { write_picture(file, picture()); });
+            files.add(name, [&](const std::filesystem::path& file) { write_picture(file, picture); });
         };
-        const auto name = [&](const char* what) { return stem(time.index) + what; };
-        add(
-            name("_vessels.png"), [&]() -> const auto& { return truth->vessels; });
-        if (truth->extravasation)
-            add(
-                name("_extravasation.png"), [&]() -> const auto& { return *truth->extravasation; });
+        const auto add_levels = [&](const std::string& name, const render::Field& values, double per_level) {
+            files.add(name, [&](const std::filesystem::path& file) {
+                write_picture(file, deep_picture(values, per_level));
+            });
+        };
+        const auto name = [&](const std::string& what) { return stem(time.index) + what; };
+        add(name("_vessels.png"), truth->vessels);
+        if (truth->extravasation) add(name("_extravasation.png"), *truth->extravasation);
         for (std::size_t k = 0; k < truth->devices.size(); ++k)
-            add(
-                name(fmt::format("_{}.png", script::name_of(truth->pulse.devices[k].role)).c_str()),
-                [&]() -> const auto& { return truth->devices[k]; });
+            add(name(fmt::format("_{}.png", script::name_of(truth->pulse.devices[k].role))),
+                truth->devices[k]);
         const double per_level = quanta_per_level(truth->pulse.arm, truth->dose);
-        if (truth->signal) add(name("_signal.png"), [&] { return deep_picture(*truth->signal, per_level); });
-        if (truth->expected)
-            add(name("_expected.png"), [&] { return deep_picture(*truth->expected, per_level); });
-        if (truth->labels)
-            add(
-                name("_labels.png"), [&]() -> const auto& { return *truth->labels; });
+        if (truth->signal) add_levels(name("_signal.png"), *truth->signal, per_level);
+        if (truth->expected) add_levels(name("_expected.png"), *truth->expected, per_level);
+        if (truth->labels) add(name("_labels.png"), *truth->labels);
         for (std::size_t k = 0; new_pose && k < truth->lengths.size(); ++k)
-            add(length_file(lengths_of, k),
-                [&] { return deep_picture(truth->lengths[k].length, mm_per_level); });
+            add_levels(length_file(lengths_of, k), truth->lengths[k].length, mm_per_level);
         files.add(name(".json"), [&](const std::filesystem::path& file) {
             io::write_whole(file, to_json(*truth, time, lengths_of));
         });

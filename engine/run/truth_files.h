@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine/exercise/exercise.h"
-#include "engine/run/frame_sink.h"
+#include "engine/run/picture_file.h"
 
 namespace run {
 

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <toml++/toml.h>
 
-#include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
@@ -70,7 +69,7 @@ double Sample::spread() const {
 }
 
 double Sample::least() const {
-    return values.empty() ? 0 : *std::min_element(values.begin(), values.end());
+    return values.empty() ? 0 : *std::ranges::min_element(values);
 }
 
 const std::vector<BenchmarkFigure>& benchmark_figures() {

@@ -301,7 +301,7 @@ std::vector<std::filesystem::path> device_files(const std::filesystem::path& fol
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error))
         if (entry.path().extension() == ".toml") files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
+    std::ranges::sort(files);
     return files;
 }
 
@@ -400,8 +400,8 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
     }
     io::write_whole(scratch.path() / "shape.csv", shape);
     io::write_whole(scratch.path() / "stiffness.csv", stiffness);
-    const bool solid = std::none_of(d.shape.begin(), d.shape.end(),
-                                    [](const physics::RestArc& arc) { return arc.plane != 0; });
+    const bool solid =
+        std::ranges::none_of(d.shape, [](const physics::RestArc& arc) { return arc.plane != 0; });
     io::Plot plot{"device", "", 1000, 760};
     plot.commands = fmt::format(
         "set datafile separator ','\nset multiplot title \"{} – {}\" noenhanced\nset grid lc rgb '#dddddd'\n"

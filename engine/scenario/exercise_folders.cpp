@@ -1,7 +1,6 @@
 #include "engine/scenario/exercise_folders.h"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <map>
 #include <optional>
 #include <toml++/toml.h>

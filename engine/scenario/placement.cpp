@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <limits>
-#include <utility>
 
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/anatomy/shared_store.h"
-#include "engine/anatomy/tissues.h"
+#include "engine/anatomy/model_cache.h"
+#include "engine/anatomy/organs.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/polyline.h"
@@ -171,8 +170,8 @@ std::vector<physics::Tissue> tissues_that_could_move(const Scenario& s, const an
     };
     for (physics::Tissue& tissue : tissues) change(tissue, choice.all);
     for (const TissueChoice::Values& values : choice.vessels) {
-        const auto branch = std::find_if(anatomy.branches.begin(), anatomy.branches.end(),
-                                         [&](const auto& b) { return b.name == values.vessel; });
+        const auto branch =
+            std::ranges::find_if(anatomy.branches, [&](const auto& b) { return b.name == values.vessel; });
         if (branch == anatomy.branches.end()) {
             std::vector<std::string> names;
             for (const auto& b : anatomy.branches) names.push_back(b.name);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <string_view>
 
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/io/files.h"
@@ -86,8 +85,7 @@ void device_problems(const Scenario& s, const Say& say) {
 }  // namespace
 
 std::optional<int> Scenario::index_of(script::DeviceRole role) const {
-    const auto found = std::find_if(devices.begin(), devices.end(),
-                                    [role](const PlacedDevice& placed) { return placed.role == role; });
+    const auto found = std::ranges::find(devices, role, &PlacedDevice::role);
     if (found == devices.end()) return std::nullopt;
     return static_cast<int>(found - devices.begin());
 }
@@ -231,7 +229,7 @@ std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path
         if (entry.path().extension() == ".toml" && entry.path().filename() != benchmark_file)
             files.push_back(entry.path());
     }
-    std::sort(files.begin(), files.end());
+    std::ranges::sort(files);
     return files;
 }
 

@@ -16,7 +16,7 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/io/error.h"
-#include "engine/io/outputs.h"
+#include "engine/io/files.h"
 #include "engine/patient/patient_files.h"
 #include "engine/scenario/benchmark.h"
 #include "engine/scenario/breathing.h"

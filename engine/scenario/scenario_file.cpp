@@ -153,8 +153,7 @@ void read_devices(io::Section& top, const std::filesystem::path& file, Scenario&
         io::Section none = top.section("guidewire", false);
         read_device(none, script::DeviceRole::Wire, "guidewire", file, s);
     }
-    std::sort(s.devices.begin(), s.devices.end(),
-              [](const PlacedDevice& a, const PlacedDevice& b) { return a.role < b.role; });
+    std::ranges::sort(s.devices, {}, &PlacedDevice::role);
     s.segment_length = usual_segment_length(s.wire().device);
 }
 
@@ -202,17 +201,9 @@ std::optional<physics::WallStiffness::Term> read_term(const toml::node& row) {
 /// Below the least modulus the weight of a catheter moves a vessel out of its place.
 constexpr io::Range modulus_range = {0.005, 1e3}, vessel_wall_range = {0, 1e3};
 
-void read_if_given(io::Section& section, std::string_view key, std::optional<double>& value,
-                   io::Range range) {
-    if (!section.find(key)) return;
-    double number = range.least;
-    section.number(key, number, range);
-    value = number;
-}
-
 void read_values(io::Section& section, TissueChoice::Values& values) {
-    read_if_given(section, "modulus_N_per_mm2", values.modulus, modulus_range);
-    read_if_given(section, "wall_N_per_mm2", values.wall, vessel_wall_range);
+    section.number("modulus_N_per_mm2", values.modulus, modulus_range);
+    section.number("wall_N_per_mm2", values.wall, vessel_wall_range);
 }
 
 void read_tissue(io::Section section, TissueChoice& tissue) {
@@ -237,8 +228,8 @@ void read_injury(io::Section section, InjurySpec& injury) {
     section.number("perforation_N_per_mm2", injury.perforation, strengths);
     section.number("dissection_N_per_mm2", injury.dissection, strengths);
     section.number("wall_over_radius", injury.wall_over_radius, {0.01, 1});
-    read_if_given(section, "perforation_N", injury.perforation_force, forces);
-    read_if_given(section, "dissection_N", injury.dissection_force, forces);
+    section.number("perforation_N", injury.perforation_force, forces);
+    section.number("dissection_N", injury.dissection_force, forces);
     section.finish();
 }
 
@@ -290,9 +281,7 @@ void read_relaxer(io::Section relaxer, Scenario& s) {
     constexpr physics::RelaxerKind kinds[] = {Global, Segment, FirstOrder, Geometric, Combined, Konings};
     if (const auto kind = relaxer.choice("kind", names)) s.relaxer.kind = kinds[*kind];
     relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
-    int separation = 0;
-    relaxer.whole("separation", separation, {2, 200});
-    if (separation > 0) s.relaxer.separation = separation;
+    relaxer.whole("separation", s.relaxer.separation, {2, 200});
     relaxer.whole("updates_per_frame", s.budget.updates, {1, 10'000'000});
     relaxer.number("distal_share", s.budget.distal_fraction, {0, 1});
     relaxer.whole("distal_segments", s.budget.distal_segments, {1, 100'000});
@@ -337,9 +326,7 @@ void read_anatomy(io::Section& top, io::ParseContext& reading, Scenario& s) {
 void read_imaging(io::Section imaging, Scenario& s) {
     imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
     imaging.number("acquisition_dose_nGy", s.imaging.acquisition_dose, {0.1, 1e5});
-    double kvp = 0;
-    imaging.number("tube_voltage_kV", kvp, {40, 125});
-    if (kvp > 0) s.imaging.kvp = kvp;
+    imaging.number("tube_voltage_kV", s.imaging.kvp, {40, 125});
     if (const toml::node* node = imaging.find("pulse_rate_hz")) {
         const auto rate = node->value<double>();
         if (rate && script::is_pulse_rate(*rate))
@@ -423,9 +410,7 @@ void read_contrast(io::Section contrast, Scenario& s) {
     s.blood.limit = blood::contrast_limit(weight, creatinine);
     contrast.number("limit_ml", s.blood.limit, {0, 1000});
     contrast.word("blood_from", s.blood.source);
-    double inflow = 0;
-    contrast.number("inflow_ml_per_s", inflow, {0.01, 500});
-    if (inflow > 0) s.blood.inflow = inflow;
+    contrast.number("inflow_ml_per_s", s.blood.inflow, {0.01, 500});
     contrast.finish();
 }
 
@@ -469,12 +454,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     top.schema();
     if (!top.word("title", s.title)) top.missing("title", "title");
     top.number("frame_rate_hz", s.frame_rate, {0.5, 120});
-    double limit = 0;
-    top.number("time_limit_s", limit, {0.1, 1e5});
-    if (limit > 0) s.time_limit = limit;
-    double beam = 0;
-    top.number("beam_limit_s", beam, {0.1, 1e5});
-    if (beam > 0) s.beam_limit = beam;
+    top.number("time_limit_s", s.time_limit, {0.1, 1e5});
+    top.number("beam_limit_s", s.beam_limit, {0.1, 1e5});
     top.whole("seed", s.seed, {0, 9e15});
     read_anatomy(top, reading, s);
 

@@ -119,7 +119,7 @@ struct CommandText {
 
 /// The digits as a number; empty for anything else.
 std::optional<int> digits(std::string_view text) {
-    if (!std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) return {};
+    if (!std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; })) return {};
     return io::parse_integer(text);
 }
 
@@ -153,7 +153,7 @@ std::optional<std::chrono::sys_seconds> parse_date(std::string_view text) {
 
 bool is_comment(std::string_view text) {
     return !text.empty() && text.size() <= longest_comment && text.front() != ' ' && text.back() != ' ' &&
-           io::is_utf8(text) && std::none_of(text.begin(), text.end(), [](char c) {
+           io::is_utf8(text) && std::ranges::none_of(text, [](char c) {
                const auto code = static_cast<unsigned char>(c);
                return code < 0x20 || code == 0x7f;
            });
@@ -161,7 +161,7 @@ bool is_comment(std::string_view text) {
 
 std::optional<DeviceRole> role_named(std::string_view name) {
     if (name == "both") return DeviceRole::All;
-    const auto found = std::find(role_names.begin(), role_names.end(), name);
+    const auto found = std::ranges::find(role_names, name);
     if (found == role_names.end()) return std::nullopt;
     return static_cast<DeviceRole>(found - role_names.begin());
 }
@@ -203,7 +203,7 @@ render::CArm moved(render::CArm arm, const MoveArm& move) {
 }
 
 bool is_pulse_rate(double rate) {
-    return std::find(pulse_rates.begin(), pulse_rates.end(), rate) != pulse_rates.end();
+    return std::ranges::find(pulse_rates, rate) != pulse_rates.end();
 }
 
 std::string pulse_rates_text() {
@@ -219,11 +219,8 @@ std::string too_many_pulses(double rate, double frame_rate) {
 }
 
 std::span<const TimedCommand> CommandScript::at(int frame) const {
-    const auto first = std::lower_bound(commands.begin(), commands.end(), frame,
-                                        [](const TimedCommand& c, int f) { return c.frame < f; });
-    const auto last = std::upper_bound(first, commands.end(), frame,
-                                       [](int f, const TimedCommand& c) { return f < c.frame; });
-    return {first, last};
+    const auto found = std::ranges::equal_range(commands, frame, {}, &TimedCommand::frame);
+    return {found.begin(), found.end()};
 }
 
 int CommandScript::last_frame(int tail) const {

@@ -87,7 +87,7 @@ public:
     /// Takes one of the words and returns its place among them.
     std::size_t choice(std::span<const std::string_view> words, const std::string& accepted) {
         const Word& word = take(accepted);
-        const auto found = std::find(words.begin(), words.end(), word.text);
+        const auto found = std::ranges::find(words, word.text);
         if (found == words.end()) refuse(word, accepted);
         return static_cast<std::size_t>(found - words.begin());
     }
@@ -377,10 +377,8 @@ public:
         if (refused_ > wrong_.size())
             wrong_.push_back(fmt::format("... and {} more", refused_ - wrong_.size()));
         if (!wrong_.empty()) throw io::InputError(io::joined(wrong_, "\n"));
-        std::stable_sort(script_.commands.begin(), script_.commands.end(),
-                         [](const TimedCommand& a, const TimedCommand& b) { return a.frame < b.frame; });
-        std::stable_sort(script_.comments.begin(), script_.comments.end(),
-                         [](const Comment& a, const Comment& b) { return a.frame < b.frame; });
+        std::ranges::stable_sort(script_.commands, {}, &TimedCommand::frame);
+        std::ranges::stable_sort(script_.comments, {}, &Comment::frame);
         return std::move(script_);
     }
 
@@ -508,10 +506,7 @@ private:
         if (from < last_start_) {
             Line::refuse(first, fmt::format("frames must be in order; expected {} or later", last_start_));
         }
-        if (script_.end && to > *script_.end) {
-            Line::refuse(first,
-                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
-        }
+        refuse_after_end(first, to);
         last_start_ = from;
         const Word& verb = line.take("expected " + io::joined(known_verbs()));
         place_.column = verb.column;
@@ -534,6 +529,12 @@ private:
         for (int frame = from; frame <= to; ++frame) script_.commands.push_back({frame, read, place_});
     }
 
+    void refuse_after_end(const Word& word, int frame) const {
+        if (script_.end && frame > *script_.end)
+            Line::refuse(word,
+                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
+    }
+
     void state(Line& line) {
         const Word& frame_word = line.take("expected the frame of the state");
         const int frame = frame_number(frame_word, frame_word.text);
@@ -545,10 +546,7 @@ private:
             Line::refuse(frame_word, fmt::format("frames must be in order; expected {} or later",
                                                  script_.checks.back().frame));
         }
-        if (script_.end && frame > *script_.end) {
-            Line::refuse(frame_word,
-                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
-        }
+        refuse_after_end(frame_word, frame);
         last_frame_ = std::max(last_frame_, frame);
         script_.checks.push_back({frame, *hash, place_});
     }
@@ -562,9 +560,7 @@ private:
         const Word word{text.substr(std::min(start, end), end - std::min(start, end)),
                         static_cast<int>(start) + 1};
         const int frame = frame_number(word, word.text);
-        if (script_.end && frame > *script_.end)
-            Line::refuse(word,
-                         fmt::format("the run ends at frame {}; expected nothing after it", *script_.end));
+        refuse_after_end(word, frame);
         const std::string_view said = text.substr(std::min(end + 1, text.size()));
         if (!is_comment(said))
             throw Refusal{static_cast<int>(end) + 2,
@@ -602,11 +598,10 @@ bool is_learner(std::string_view name) {
 }
 
 bool is_learner_in_file(std::string_view name) {
-    return !name.empty() && name.size() <= longest_learner &&
-           std::none_of(name.begin(), name.end(), [](char c) {
-               const auto code = static_cast<unsigned char>(c);
-               return code < 0x20 || code == 0x7f;
-           });
+    return !name.empty() && name.size() <= longest_learner && std::ranges::none_of(name, [](char c) {
+        const auto code = static_cast<unsigned char>(c);
+        return code < 0x20 || code == 0x7f;
+    });
 }
 
 CommandScript parse_commands(std::string_view text, const std::string& file) {

@@ -49,8 +49,8 @@ void Recording::take_back(int frame) {
     file_.cut(ends_[frame + 1]);
     ends_.resize(frame + 2);
     last_frame_ = frame;
-    const auto first_cut = std::find_if(comments_.begin(), comments_.end(),
-                                        [this](const auto& kept) { return kept.first >= file_.size(); });
+    const auto first_cut =
+        std::ranges::find_if(comments_, [this](const auto& kept) { return kept.first >= file_.size(); });
     const std::vector<std::pair<long long, Comment>> cut(first_cut, comments_.end());
     comments_.erase(first_cut, comments_.end());
     for (const auto& [place, said] : cut)
@@ -99,7 +99,7 @@ std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& pl
     if (found.empty())
         throw io::InputError("{}: there are no recordings in it; expected files ending in .gw",
                              place.string());
-    std::sort(found.begin(), found.end());
+    std::ranges::sort(found);
     std::vector<fs::path> files;
     for (auto& [time, file] : found) files.push_back(std::move(file));
     return files;

@@ -3,10 +3,10 @@
 #include <cstdlib>
 #include <fmt/format.h>
 
+#include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/import/lumen_import.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/anatomy_sign.h"
 #include "engine/studies/runs.h"

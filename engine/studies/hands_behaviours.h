@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/csv.h"
 #include "engine/io/plot.h"
-#include "engine/io/table.h"
 #include "engine/studies/hands_course.h"
 
 namespace studies {

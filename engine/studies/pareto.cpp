@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/csv.h"
 #include "engine/io/plot.h"
-#include "engine/io/table.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/pareto_measure.h"
 #include "engine/studies/pareto_methods.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/table.h"
+#include "engine/io/csv.h"
 #include "engine/studies/pareto_methods.h"
 
 namespace studies {

@@ -7,10 +7,10 @@
 #include <string>
 #include <string_view>
 
+#include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/grow/vessel_tree.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/io/error.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/runs.h"

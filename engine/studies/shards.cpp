@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/shard.h"
+#include "engine/io/text.h"
 #include "engine/studies/study.h"
 
 namespace studies {

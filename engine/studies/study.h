@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/io/csv.h"
 #include "engine/io/plot.h"
-#include "engine/io/table.h"
 #include "physics/wire/chain.h"
 #include "render/picture/image.h"
 

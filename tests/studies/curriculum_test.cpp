@@ -5,7 +5,7 @@
 #include <map>
 
 #include "engine/author/attempt.h"
-#include "engine/author/standard.h"
+#include "engine/author/check.h"
 #include "engine/exercise/exercise.h"
 #include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"

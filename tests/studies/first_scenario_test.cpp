@@ -1,16 +1,15 @@
 /// The scenario that an import ends with, played as it is: in generated vessels and in real ones.
 
-#include "engine/anatomy/first_scenario.h"
-
 #include <cstdlib>
 #include <gtest/gtest.h>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/import/import_run.h"
 #include "engine/anatomy/import/lumen_import.h"
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/open_field.h"
+#include "engine/exercise/handling.h"
 #include "engine/io/error.h"
 #include "engine/scenario/placement.h"
 #include "tests/engine/fixtures.h"

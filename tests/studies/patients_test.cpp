@@ -5,7 +5,6 @@
 #include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/exercise/exercise.h"
 #include "engine/studies/runs.h"

@@ -11,7 +11,6 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/import/lumen_import.h"
 #include "engine/anatomy/import/mesh_cut.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/exercise/distal_trees.h"
 #include "engine/exercise/imaging.h"
 #include "engine/io/error.h"

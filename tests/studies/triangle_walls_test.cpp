@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "engine/io/table.h"
+#include "engine/io/csv.h"
 #include "engine/studies/runs.h"
 #include "tests/studies/quick_study.h"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "engine/exercise/chain.h"
+#include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation.h"
 #include "engine/scenario/placement.h"
 #include "engine/script/command.h"

@@ -12,9 +12,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/grow/implicit_lumen.h"
 #include "engine/anatomy/grow/surface_nets.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/vec.h"
@@ -202,7 +202,7 @@ public:
         }
     }
 
-    double largest_wanted() const { return *std::max_element(wanted_.begin(), wanted_.end()); }
+    double largest_wanted() const { return *std::ranges::max_element(wanted_); }
 
     /// Merges edges shorter than both their fraction of the target length and `most`.
     void merge(double most) {
@@ -435,7 +435,7 @@ private:
         std::vector<std::pair<double, int>> order;
         for (const auto& [corner, fraction] : part)
             if (fraction < snapped_part) order.emplace_back(fraction, corner);
-        std::sort(order.begin(), order.end());
+        std::ranges::sort(order);
         std::map<int, std::vector<int>> triangles_of;
         for (int i = 0; i < static_cast<int>(mesh_.triangles.size()); ++i) {
             for (const int corner : mesh_.triangles[i])
@@ -443,11 +443,10 @@ private:
         }
         for (const auto& [fraction, corner] : order) {
             // Three corners in the plane would leave a triangle that closes the end.
-            const bool flat =
-                std::any_of(triangles_of[corner].begin(), triangles_of[corner].end(), [&, c = corner](int i) {
-                    const auto& t = mesh_.triangles[i];
-                    return std::all_of(t.begin(), t.end(), [&](int v) { return v == c || height_[v] == 0; });
-                });
+            const bool flat = std::ranges::any_of(triangles_of[corner], [&, c = corner](int i) {
+                const auto& t = mesh_.triangles[i];
+                return std::ranges::all_of(t, [&](int v) { return v == c || height_[v] == 0; });
+            });
             if (flat) continue;
             mesh_.vertices[corner] = on_rim(mesh_.vertices[corner]);
             height_[corner] = 0;
@@ -466,8 +465,7 @@ private:
         std::vector<std::array<int, 3>> kept;
         std::vector<int> polygon;
         for (const auto& t : mesh_.triangles) {
-            const bool goes =
-                std::any_of(t.begin(), t.end(), [&](int v) { return beyond_[v] && height_[v] > 0; });
+            const bool goes = std::ranges::any_of(t, [&](int v) { return beyond_[v] && height_[v] > 0; });
             if (!goes && !all_in_plane(t)) {
                 kept.push_back(t);
                 continue;
@@ -487,8 +485,8 @@ private:
         drop_unused();
     }
     bool all_in_plane(const std::array<int, 3>& t) const {
-        return std::all_of(t.begin(), t.end(),
-                           [&](int v) { return v < static_cast<int>(height_.size()) && height_[v] == 0; });
+        return std::ranges::all_of(
+            t, [&](int v) { return v < static_cast<int>(height_.size()) && height_[v] == 0; });
     }
     void add(const std::vector<int>& polygon, std::vector<std::array<int, 3>>& kept) const {
         if (polygon.size() == 3) {

@@ -326,7 +326,7 @@ void ImplicitLumen::make_blocks() {
                             of_limb.push_back(block);
                     }
             if (of_limb.size() < most_blocks && i + 1 < limb.points.size()) continue;
-            std::sort(of_limb.begin(), of_limb.end());
+            std::ranges::sort(of_limb);
             of_limb.erase(std::unique(of_limb.begin(), of_limb.end()), of_limb.end());
             if (of_limb.size() > most_blocks) {
                 throw io::InputError(
@@ -339,7 +339,7 @@ void ImplicitLumen::make_blocks() {
     const auto by_z = [](const Block& a, const Block& b) {
         return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
     };
-    std::sort(near.begin(), near.end(), by_z);
+    std::ranges::sort(near, by_z);
     near.erase(std::unique(near.begin(), near.end()), near.end());
 
     std::vector<Run> runs;

@@ -34,7 +34,7 @@ public:
     /// The place this far below the highest point, on the way up.
     double below_top(double drop) const {
         const auto higher = [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); };
-        const auto top = std::max_element(aorta_.points.begin(), aorta_.points.end(), higher);
+        const auto top = std::ranges::max_element(aorta_.points, higher);
         auto at = top;
         while (at != aorta_.points.begin() && at->z() > top->z() - drop) --at;
         return static_cast<double>(at - aorta_.points.begin()) * aorta_.step();
@@ -362,8 +362,8 @@ VesselTreeSpec arch_with_coronary(Variation& v) {
     };
     std::erase_if(heart.branches, thin);
     std::erase_if(heart.targets, [&](const NamedTarget& target) {
-        return std::none_of(heart.branches.begin(), heart.branches.end(),
-                            [&](const BranchSpec& branch) { return branch.name == target.branch; });
+        return std::ranges::none_of(heart.branches,
+                                    [&](const BranchSpec& branch) { return branch.name == target.branch; });
     });
     std::vector<VesselKnot>& stem = heart.branches[0].knots;
     const Vec3 direction = (stem[1].place - stem[0].place).normalized();

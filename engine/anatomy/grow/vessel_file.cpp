@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <toml++/toml.h>
 
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -124,17 +123,10 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
 PatientWish read_patient(io::Section& section, PatientWish wish) {
     static constexpr std::string_view sexes[] = {"f", "m"};
     if (const auto sex = section.choice("sex", sexes)) wish.sex = *sex == 0 ? Sex::Female : Sex::Male;
-    const auto number = [&](std::string_view key, std::optional<double>& value, io::Range range,
-                            double unit) {
-        if (!section.find(key)) return;
-        double read = std::numeric_limits<double>::quiet_NaN();
-        section.number(key, read, range, unit);
-        if (std::isfinite(read)) value = read;
-    };
     constexpr double mm_per_cm = 10;
-    number("age", wish.age, {youngest, oldest}, 1);
-    number("height_cm", wish.height, {shortest / mm_per_cm, tallest / mm_per_cm}, mm_per_cm);
-    number("weight_kg", wish.weight, {lightest, heaviest}, 1);
+    section.number("age", wish.age, {youngest, oldest});
+    section.number("height_cm", wish.height, {shortest / mm_per_cm, tallest / mm_per_cm}, mm_per_cm);
+    section.number("weight_kg", wish.weight, {lightest, heaviest});
     return wish;
 }
 

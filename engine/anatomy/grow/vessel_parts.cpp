@@ -1,7 +1,6 @@
 /// Parts of branches: names and places that authors use.
 
 #include <algorithm>
-#include <fmt/format.h>
 
 #include "engine/anatomy/grow/vessel_tree.h"
 #include "engine/io/error.h"

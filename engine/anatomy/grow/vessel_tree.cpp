@@ -187,8 +187,7 @@ int place_on(const SampledBranch& branch, double at, const std::string& what) {
 }
 
 SampledBranch& named(VesselTree& tree, const std::string& name) {
-    return *std::find_if(tree.branches.begin(), tree.branches.end(),
-                         [&](const SampledBranch& branch) { return branch.name == name; });
+    return *std::ranges::find(tree.branches, name, &SampledBranch::name);
 }
 
 void add_straight(VesselTree& tree, const BranchSpec& spec) {
@@ -308,8 +307,7 @@ void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
             refuse_steep(before, stenosis);
     }
     for (const Occlusion& occlusion : spec.occlusions) {
-        const auto branch = std::find_if(tree.branches.begin(), tree.branches.end(),
-                                         [&](const SampledBranch& b) { return b.name == occlusion.branch; });
+        const auto branch = std::ranges::find(tree.branches, occlusion.branch, &SampledBranch::name);
         if (branch == tree.branches.end()) continue;  // beyond another occlusion
         place_on(*branch, occlusion.at, "the occlusion");
         occlude(*branch, occlusion);
@@ -358,7 +356,7 @@ Bend tightest_bend(const std::vector<VesselKnot>& knots) {
         const auto nearer = [&](const VesselKnot& p, const VesselKnot& q) {
             return (p.place - line.points[i]).norm() < (q.place - line.points[i]).norm();
         };
-        const auto nearest = std::min_element(knots.begin(), knots.end(), nearer) - knots.begin();
+        const auto nearest = std::ranges::min_element(knots, nearer) - knots.begin();
         tightest.knot = static_cast<std::size_t>(
             std::clamp<std::ptrdiff_t>(nearest, 1, static_cast<std::ptrdiff_t>(knots.size()) - 2));
     }

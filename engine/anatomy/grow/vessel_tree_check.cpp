@@ -53,7 +53,7 @@ struct Samples {
 /// second when `related`. Within one branch, samples that are near along it do not count.
 void check_apart(const VesselTree& tree, const SampledBranch& a, Samples of_a, const SampledBranch& b,
                  Samples of_b, bool related, std::vector<std::string>& found) {
-    const double largest = *std::max_element(b.radii.begin(), b.radii.end());
+    const double largest = *std::ranges::max_element(b.radii);
     for (int i = of_a.first; i <= of_a.last; ++i) {
         const double most = a.radii[i] + largest + least_gap(tree, std::max(a.radii[i], largest));
         for (int j = of_b.first; j <= of_b.last; ++j) {
@@ -79,7 +79,7 @@ void check_place(const VesselTreeSpec& spec, const Modifier& what, std::string_v
                  std::vector<std::string>& found) {
     std::vector<std::string_view> names;
     for (const BranchSpec& branch : spec.branches) names.push_back(branch.name);
-    if (std::find(names.begin(), names.end(), what.branch) != names.end()) return;
+    if (std::ranges::find(names, what.branch) != names.end()) return;
     found.push_back(fmt::format("{} names the branch '{}'{}; branches are: {}", kind, what.branch,
                                 io::suggestion(what.branch, names), io::joined(names)));
 }

@@ -25,18 +25,18 @@ void BranchTree::add(const Own& own, bool fixed_end, BranchSample landing) {
     const double total = geometry::length_of(path);
     clear(path, total);
     if (landing.branch >= 0) {
-        std::reverse(path.begin(), path.end());
+        std::ranges::reverse(path);
         clear(path, total);
-        std::reverse(path.begin(), path.end());
+        std::ranges::reverse(path);
     }
     Centreline line = recentred(path, wall_, step_, false, fixed_end);
     const int parent_sample = junction(own.parent, line);
     connect(line, branches[own.parent.branch].points[parent_sample]);
     if (landing.branch >= 0) {
-        std::reverse(line.points.begin(), line.points.end());
+        std::ranges::reverse(line.points);
         const int sample = junction(landing, line);
         connect(line, branches[landing.branch].points[sample]);
-        std::reverse(line.points.begin(), line.points.end());
+        std::ranges::reverse(line.points);
         line.radii = inscribed_radii(line.points, wall_);
     }
     append(own.parent.branch, parent_sample, std::move(line));
@@ -161,7 +161,7 @@ void sort_stems_first(std::vector<RootedPath>& paths, const geometry::MeshQuery&
     };
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < paths.size(); ++i) order.emplace_back(-bulk(paths[i].points), i);
-    std::sort(order.begin(), order.end());
+    std::ranges::sort(order);
     std::vector<RootedPath> sorted;
     for (const auto& [less, i] : order) sorted.push_back(std::move(paths[i]));
     paths = std::move(sorted);

@@ -28,7 +28,7 @@ void noted(std::vector<Finding>& findings, std::string text) {
 }
 
 bool inlet_is_closed(const GivenEnds& given, const std::vector<MeshOpening>& ends) {
-    return given.inlet && std::none_of(ends.begin(), ends.end(), [&](const MeshOpening& end) {
+    return given.inlet && std::ranges::none_of(ends, [&](const MeshOpening& end) {
                return (end.loop.centroid - *given.inlet).norm() <= reach_of(end.radius);
            });
 }
@@ -38,8 +38,7 @@ const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place)
     const auto distance = [&place](const VesselTip& tip) {
         return std::min((tip.apex - place).norm(), (tip.centre - place).norm());
     };
-    const auto nearest = std::min_element(
-        tips.begin(), tips.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    const auto nearest = std::ranges::min_element(tips, {}, distance);
     if (nearest == tips.end() || distance(*nearest) > reach_of(nearest->radius)) return nullptr;
     return &*nearest;
 }
@@ -72,7 +71,7 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
         return [&tip](const VesselTip& other) { return other.apex == tip.apex; };
     };
     const auto want = [&](const VesselTip& tip) {
-        if (std::none_of(choice.open.begin(), choice.open.end(), same_as(tip))) choice.open.push_back(tip);
+        if (std::ranges::none_of(choice.open, same_as(tip))) choice.open.push_back(tip);
     };
     for (const Vec3& place : given.tips) {
         const VesselTip* tip = tip_near(tips, place);
@@ -94,13 +93,13 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
     const auto missing = [&](double radius) { return few || radius > lumen.ends[0].radius; };
     std::vector<VesselTip> tubes;
     for (const VesselTip& tip : tips) {
-        const bool asked = std::any_of(choice.open.begin(), choice.open.end(), same_as(tip));
+        const bool asked = std::ranges::any_of(choice.open, same_as(tip));
         if (ends_a_tube(traced.branches, tip))
             tubes.push_back(tip);
         else if (missing(width_near(traced.branches, tip)) && !asked)
             choice.sacs.push_back(tip);
     }
-    if (std::any_of(tubes.begin(), tubes.end(), [&](const VesselTip& tip) { return missing(tip.radius); }))
+    if (std::ranges::any_of(tubes, [&](const VesselTip& tip) { return missing(tip.radius); }))
         for (const VesselTip& tip : tubes) want(tip);
     return choice;
 }

@@ -12,7 +12,6 @@
 #include "engine/anatomy/mesh_file.h"
 #include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_scanner.h"
-#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -48,7 +47,7 @@ std::vector<GivenLine> from_json(const std::string& text, const std::string& fil
         if (!points.is_array()) refuse(fmt::format("{}: '{}'", file, name), "not a list of points");
         for (const auto& point : points) {
             const bool numbers = point.is_array() && (point.size() == 3 || point.size() == 4) &&
-                                 std::all_of(point.begin(), point.end(), [](const auto& n) {
+                                 std::ranges::all_of(point, [](const auto& n) {
                                      return n.is_number() && std::isfinite(n.template get<double>());
                                  });
             if (!numbers)
@@ -118,7 +117,7 @@ std::string name_of(const PolyData& data, std::size_t index) {
 }
 
 std::vector<GivenLine> from_polydata(const PolyData& data, double unit) {
-    const auto radius = std::find_if(data.of_points.begin(), data.of_points.end(), [&](const auto& array) {
+    const auto radius = std::ranges::find_if(data.of_points, [&](const auto& array) {
         return is_radius(array.name) && array.numbers.size() == data.points.size();
     });
     std::vector<GivenLine> lines;

@@ -285,7 +285,7 @@ private:
     void check_slender(const TracedLumen& traced) const {
         if (traced.branches.size() != 1) return;
         const geometry::CentrelineBranch& only = traced.branches[0];
-        const double width = 2 * *std::max_element(only.radii.begin(), only.radii.end());
+        const double width = 2 * *std::ranges::max_element(only.radii);
         double length = geometry::length_of(only.points);
         for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
         if (length >= least_slenderness * width) return;
@@ -310,7 +310,7 @@ private:
         std::vector<int> place(lumen.ends.size(), -1);
         std::vector<MeshOpening> ends;
         for (int e = 0; e < static_cast<int>(lumen.ends.size()); ++e) {
-            if (std::find(pruning.closed.begin(), pruning.closed.end(), e) != pruning.closed.end()) {
+            if (std::ranges::find(pruning.closed, e) != pruning.closed.end()) {
                 loops.push_back(lumen.ends[e].loop);
                 continue;
             }

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy_check.h"
-#include "engine/anatomy/import/edge_uses.h"
-#include "engine/anatomy/import/flat_caps.h"
+#include "engine/anatomy/import/mesh_cut.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_topology.h"
@@ -138,8 +137,8 @@ void smooth(TriangleMesh& mesh, int rounds = 8) {
     std::vector<Vec3> sums(mesh.vertices.size());
     std::vector<int> counts(mesh.vertices.size());
     for (int pass = 0; pass < 2 * rounds; ++pass) {
-        std::fill(sums.begin(), sums.end(), Vec3::Zero());
-        std::fill(counts.begin(), counts.end(), 0);
+        std::ranges::fill(sums, Vec3::Zero());
+        std::ranges::fill(counts, 0);
         for (const Triangle& t : mesh.triangles) {
             for (int k = 0; k < 3; ++k) {
                 sums[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
@@ -259,10 +258,10 @@ private:
         std::vector<std::pair<Triangle, int>> sorted;
         for (int t = 0; t < static_cast<int>(mesh_.triangles.size()); ++t) {
             Triangle key = mesh_.triangles[t];
-            std::sort(key.begin(), key.end());
+            std::ranges::sort(key);
             sorted.emplace_back(key, t);
         }
-        std::sort(sorted.begin(), sorted.end());
+        std::ranges::sort(sorted);
         std::vector<char> gone(mesh_.triangles.size(), 0);
         int count = 0;
         for (std::size_t i = 1; i < sorted.size(); ++i)
@@ -353,10 +352,10 @@ private:
         }
         if (areas.size() < 2) return;
         const auto larger = [](const auto& a, const auto& b) { return a.second < b.second; };
-        const int main = std::max_element(areas.begin(), areas.end(), larger)->first;
+        const int main = std::ranges::max_element(areas, larger)->first;
         const double kept = areas[main];
         areas.erase(main);
-        const int next = std::max_element(areas.begin(), areas.end(), larger)->first;
+        const int next = std::ranges::max_element(areas, larger)->first;
         std::vector<char> gone(total, 0);
         int count = 0;
         for (int t = 0; t < total; ++t) count += gone[t] = find(t) != main;
@@ -405,7 +404,7 @@ private:
             for (Triangle& t : mesh_.triangles) std::swap(t[1], t[2]);
             for (int& t : turned) t = 1 - t;
         }
-        const auto count = std::count(turned.begin(), turned.end(), 1);
+        const auto count = std::ranges::count(turned, 1);
         if (count == total)
             mended("all triangles faced into the lumen and were turned outward");
         else if (count > 0)
@@ -440,7 +439,7 @@ private:
     void open_caps() {
         std::vector<FlatCap> caps = flat_caps(mesh_);
         std::erase_if(caps, [this](const FlatCap& cap) {
-            const auto own = std::lower_bound(cap.triangles.begin(), cap.triangles.end(), given_triangles_);
+            const auto own = std::ranges::lower_bound(cap.triangles, given_triangles_);
             return 2 * (own - cap.triangles.begin()) < static_cast<std::ptrdiff_t>(cap.triangles.size());
         });
         if (caps.empty()) return;
@@ -455,7 +454,7 @@ private:
         const TriangleMesh opened = without();
         const std::vector<MeshOpening> ends = openings_of(opened);
         std::erase_if(caps, [&ends](const FlatCap& cap) {
-            return std::none_of(ends.begin(), ends.end(), [&cap](const MeshOpening& end) {
+            return std::ranges::none_of(ends, [&cap](const MeshOpening& end) {
                 return end.is_end() && (end.loop.centroid - cap.centre).norm() < 0.1 * cap.radius;
             });
         });

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/anatomy/import/mesh_opening.h"
+#include "engine/anatomy/import/mesh_cut.h"
 
 namespace anatomy {
 

@@ -110,7 +110,7 @@ std::vector<std::string> names_of_ends(const Anatomy& anatomy, std::span<const N
         if (!names[nearest].empty())
             throw io::InputError("--name: '{}' and '{}' both name the end at {}; expected one name an end",
                                  names[nearest], place.name, io::place_text(end.centre));
-        if (std::find(names.begin(), names.end(), place.name) != names.end())
+        if (std::ranges::find(names, place.name) != names.end())
             throw io::InputError("--name: '{}' names two ends; expected names that differ", place.name);
         names[nearest] = place.name;
     }
@@ -154,7 +154,7 @@ NamedPlace parse_named_place(const std::string& text) {
     const std::size_t sign = text.find('=');
     NamedPlace place{text.substr(0, sign), Vec3::Zero()};
     const bool fine = !place.name.empty() && place.name.size() <= longest_name &&
-                      std::all_of(place.name.begin(), place.name.end(), may_stand_in_a_name);
+                      std::ranges::all_of(place.name, may_stand_in_a_name);
     if (!fine)
         throw io::InputError(
             "--name {}: expected a name of 1 to {} bytes without control characters, quotes and backslashes "

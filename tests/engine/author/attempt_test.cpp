@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "engine/author/check.h"
 #include "engine/author/solution.h"
-#include "engine/author/standard.h"
 #include "tests/engine/fixtures.h"
 
 namespace author {

@@ -1,9 +1,8 @@
-#include "engine/author/ranges.h"
-
 #include <cmath>
 #include <map>
 #include <random>
 
+#include "engine/author/solution.h"
 #include "tests/engine/fixtures.h"
 
 namespace author {

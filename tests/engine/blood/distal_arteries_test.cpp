@@ -1,7 +1,7 @@
-#include "engine/blood/distal_arteries.h"
-
 #include <gtest/gtest.h>
 #include <random>
+
+#include "engine/blood/blood_flow.h"
 
 namespace blood {
 namespace {

@@ -8,10 +8,10 @@
 #include <set>
 #include <sstream>
 
-#include "engine/episode/frame_line.h"
-#include "engine/exercise/chain.h"
+#include "engine/episode/episode.h"
+#include "engine/exercise/device_rules.h"
+#include "engine/exercise/observation.h"
 #include "engine/exercise/room_readout.h"
-#include "engine/exercise/trace.h"
 #include "engine/script/command.h"
 #include "tests/anatomies.h"
 #include "tests/engine/exercise/played.h"

@@ -4,11 +4,10 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/notices.h"
-#include "engine/exercise/trace.h"
+#include "engine/exercise/observation.h"
+#include "engine/exercise/room_readout.h"
 #include "engine/run/truth_files.h"
 #include "engine/scenario/placement.h"
 #include "engine/script/recording.h"

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/notices.h"
+#include "engine/exercise/room_readout.h"
 #include "engine/exercise/score_file.h"
 #include "engine/run/headless.h"
 #include "engine/script/recording.h"

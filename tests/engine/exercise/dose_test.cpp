@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/notices.h"
+#include "engine/exercise/room_readout.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
 #include "tests/engine/exercise/with_body.h"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
 #include "tests/engine/exercise/played.h"
 #include "tests/engine/exercise/with_body.h"

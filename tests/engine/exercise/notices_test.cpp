@@ -1,7 +1,6 @@
-#include "engine/exercise/notices.h"
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/open_field.h"
+#include "engine/exercise/handling.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/io/text.h"
 #include "tests/engine/exercise/played.h"

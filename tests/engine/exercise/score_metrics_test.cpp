@@ -10,7 +10,6 @@
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
-#include "engine/exercise/smoothness.h"
 #include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 

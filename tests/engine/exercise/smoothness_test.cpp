@@ -1,11 +1,11 @@
-#include "engine/exercise/smoothness.h"
-
 #include <cmath>
 #include <complex>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 #include <vector>
+
+#include "engine/exercise/score.h"
 
 namespace exercise {
 namespace {

@@ -1,8 +1,7 @@
-#include "engine/exercise/teacher_marks.h"
-
 #include <nlohmann/json.hpp>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/score.h"
 #include "engine/exercise/score_file.h"
 #include "engine/run/headless.h"
 #include "tests/engine/fixtures.h"

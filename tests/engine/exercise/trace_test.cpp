@@ -1,10 +1,9 @@
 /// The exercise in numbers: rows that match the frames.
 
-#include "engine/exercise/trace.h"
-
 #include <gtest/gtest.h>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/observation.h"
 #include "engine/run/headless.h"
 #include "tests/engine/fixtures.h"
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
-#include "engine/exercise/notices.h"
+#include "engine/exercise/room_readout.h"
 #include "tests/anatomies.h"
 #include "tests/engine/exercise/wild_exercise.h"
 #include "tests/engine/fixtures.h"

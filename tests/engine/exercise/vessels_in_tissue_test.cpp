@@ -3,7 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "engine/anatomy/tissues.h"
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/exercise.h"
 #include "engine/io/error.h"
 #include "engine/scenario/placement.h"

@@ -1,7 +1,6 @@
-#include "engine/exercise/wrong_turns.h"
-
 #include <gtest/gtest.h>
 
+#include "engine/exercise/score.h"
 #include "tests/engine/vessels.h"
 
 namespace exercise {

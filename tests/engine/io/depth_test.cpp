@@ -1,6 +1,5 @@
-#include "engine/io/depth.h"
-
 #include "engine/io/error.h"
+#include "engine/io/text.h"
 #include "tests/engine/fixtures.h"
 
 namespace io {

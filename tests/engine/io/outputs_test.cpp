@@ -1,7 +1,6 @@
-#include "engine/io/outputs.h"
-
 #include <array>
 
+#include "engine/io/files.h"
 #include "tests/engine/fixtures.h"
 
 namespace io {

@@ -1,7 +1,7 @@
-#include "engine/io/table.h"
-
 #include <gtest/gtest.h>
 #include <limits>
+
+#include "engine/io/csv.h"
 
 namespace io {
 

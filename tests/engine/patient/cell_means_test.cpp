@@ -1,10 +1,10 @@
-#include "engine/patient/cell_means.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
+
+#include "engine/patient/ct_samples.h"
 
 namespace patient {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/patient/hounsfield.h"
+#include "engine/patient/ct_image.h"
 #include "engine/patient/voxelise.h"
 #include "render/patient/solids.h"
 #include "tests/engine/fixtures.h"

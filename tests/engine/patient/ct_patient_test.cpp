@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "engine/exercise/imaging.h"
-#include "engine/patient/mesh_coverage.h"
 #include "engine/patient/voxelise.h"
 #include "engine/scenario/scenario.h"
 #include "physics/geometry/mesh_topology.h"

@@ -1,4 +1,3 @@
-#include "engine/patient/hounsfield.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

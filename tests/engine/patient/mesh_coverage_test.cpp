@@ -1,10 +1,9 @@
-#include "engine/patient/mesh_coverage.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numeric>
 
-#include "engine/patient/hounsfield.h"
+#include "engine/patient/ct_image.h"
 #include "engine/patient/voxelise.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/solids.h"

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "engine/io/error.h"
-#include "engine/room/learners.h"
+#include "engine/room/results.h"
 #include "tests/engine/fixtures.h"
 
 namespace room {

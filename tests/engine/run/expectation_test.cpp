@@ -1,5 +1,4 @@
-#include "engine/run/expectation.h"
-
+#include "engine/run/headless.h"
 #include "engine/run/picture_file.h"
 #include "tests/engine/fixtures.h"
 #include "tests/render/images.h"

@@ -1,8 +1,7 @@
-#include "engine/run/frame_sink.h"
-
 #include <csignal>
 #include <sys/resource.h>
 
+#include "engine/run/picture_file.h"
 #include "render/picture/png.h"
 #include "tests/engine/fixtures.h"
 #include "tests/render/images.h"

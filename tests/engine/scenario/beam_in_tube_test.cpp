@@ -1,8 +1,8 @@
-#include "engine/scenario/beam_in_tube.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+
+#include "engine/scenario/vessel_give.h"
 
 namespace {
 

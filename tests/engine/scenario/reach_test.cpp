@@ -1,8 +1,7 @@
-#include "engine/scenario/reach.h"
-
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "engine/scenario/model_choice.h"
 #include "tests/anatomies.h"
 #include "tests/engine/vessels.h"
 

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <limits>
 
+#include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generator.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"

@@ -11,7 +11,6 @@
 #include "engine/anatomy/grow/surface_nets.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/anatomy/mesh_quality.h"
 #include "engine/anatomy/vessel_paths.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/polyline.h"

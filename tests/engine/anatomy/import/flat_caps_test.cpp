@@ -1,8 +1,7 @@
-#include "engine/anatomy/import/flat_caps.h"
-
 #include <gtest/gtest.h>
 #include <numbers>
 
+#include "engine/anatomy/import/mesh_cut.h"
 #include "engine/studies/anatomy_sign.h"
 #include "tests/engine/anatomy/tubes.h"
 

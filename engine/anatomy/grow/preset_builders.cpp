@@ -1,4 +1,4 @@
-#include "engine/anatomy/grow/variation.h"
+#include "engine/anatomy/grow/preset_builders.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -112,7 +112,7 @@ double Variation::length(const std::string& vessel, double relative_deviation, d
 std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches, const Origin& origin,
                                           const std::string& name) const {
     const std::vector<VesselKnot> mean = knots_of(stretches);
-    double whole = 0, passed = 0;
+    double whole = 0, way = 0;
     for (std::size_t i = 1; i < mean.size(); ++i) whole += (mean[i].place - mean[i - 1].place).norm();
     const Vec3 ahead = (mean[1].place - mean[0].place).normalized(), side = ahead.unitOrthogonal();
     const Vec3 tilt = origin.tilt * (normal(name + " tilt", true) * side +
@@ -135,8 +135,8 @@ std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches,
                 continue;
             }
             const Vec3 step = knot.place - mean[i - 1].place;
-            passed += step.norm();
-            const double t = std::max(0.0, 1 - (passed - 0.5 * step.norm()) / (tilted_part * whole));
+            way += step.norm();
+            const double t = std::max(0.0, 1 - (way - 0.5 * step.norm()) / (tilted_part * whole));
             const Vec3 turn = t * t * (3 - 2 * t) * tilt;
             const double angle = turn.norm();
             const Vec3 turned = angle > 0 ? Vec3(Eigen::AngleAxisd(angle, turn / angle) * step) : step;

@@ -1,4 +1,4 @@
-#include "engine/patient/hounsfield.h"
+#include "engine/patient/ct_image.h"
 
 #include <cmath>
 
@@ -6,7 +6,6 @@ namespace patient {
 
 using render::Material;
 using render::VolumePart;
-
 namespace {
 
 /// μ of water at `ct_energy` [1/mm]: NIST Standard Reference Database 126, table 4, 0.2059 cm²/g at 60 keV
