@@ -64,7 +64,7 @@ Command add_render(CLI::App& parser) {
         ->check(one_of(std::vector<std::string>(script::imaging_modes.begin(), script::imaging_modes.end())));
     command
         ->add_option("--iodine", arguments->iodine,
-                     "DSA and roadmap: fills the vessels where the script left no contrast [mg/ml]")
+                     "DSA, roadmap and cine: fills the vessels where the script left no contrast [mg/ml]")
         ->check(number(1, render::largest_iodine));
     command->add_option("--out", arguments->out, "The image, a .png")
         ->required()

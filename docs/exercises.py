@@ -63,7 +63,7 @@ def measures():
 
 
 def vessel_names():
-    source = (ROOT / "engine/anatomy/clinical_names.cpp").read_text()
+    source = (ROOT / "engine/anatomy/organs.cpp").read_text()
     tables = [dict(re.findall(r'\{"(\w+)", "([^"]+)"\}', re.search(name + r"\[\] = \{(.*?)\};", source, re.S).group(1)))
               for name in ("names", "sided")]
     return tables[0] | {side + short: f"{word} {whole}" for short, whole in tables[1].items()

@@ -1,5 +1,6 @@
 #!/bin/sh
-# docs/pictures.sh: makes the pictures that are put together of others: the labelled room and the four pages of the room.
+# docs/pictures.sh: makes the pictures that are put together of others: the labelled room and the four pages of the room; and the
+# frame of cine, by the program.
 # Needs chromium and cwebp (package webp). The pictures that it takes are photographs of the window of `seldinger play`,
 # 1280 x 800 pixels.
 set -eu
@@ -11,5 +12,8 @@ picture() { # PAGE OUT
         --screenshot="$scratch/page.png" "file://$PWD/$1" >/dev/null 2>&1
     cwebp -quiet -q 85 "$scratch/page.png" -o "$2"
 }
+../../build/release/bin/seldinger render coronary_lad --commands solution --frame 12 --mode cine --lao -30 --cranial -20 \
+    --out "$scratch/cine.png"
+cwebp -quiet -q 90 "$scratch/cine.png" -o cine.webp
 picture room-labels.html room-labels.webp
 picture room-pages.html ../../assets/pictures/room-pages.webp

@@ -156,11 +156,11 @@ void Play::draw_briefing() {
     const auto first = [&](Action action) { return options_.keys.first(action); };
     wrapped(palette::label,
             fmt::format(
-                "Keys: {} {} push and pull, {} {} turn, {} fluoroscopy, {} DSA run, {} roadmap, {} image to "
+                "Keys: {} {} push and pull, {} {} turn, {} fluoroscopy, {} {} run, {} roadmap, {} image to "
                 "the reference screen{}, {} all keys",
                 first(Action::Advance), first(Action::Withdraw), first(Action::RotateLeft),
                 first(Action::RotateRight), first(Action::Fluoroscopy), first(Action::Acquisition),
-                first(Action::Roadmap), first(Action::Reference),
+                script::title_of(s.imaging.acquisition), first(Action::Roadmap), first(Action::Reference),
                 s.devices.size() > 1 ? fmt::format(", left hand {} {} and {} {}", first(Action::LeftAdvance),
                                                    first(Action::LeftWithdraw), first(Action::LeftRotateLeft),
                                                    first(Action::LeftRotateRight))

@@ -9,14 +9,7 @@
 #include "app/play/theme.h"
 
 namespace app {
-namespace {
-
-const char* mode_name(script::ImagingMode mode) {
-    constexpr const char* names[] = {"fluoroscopy", "DSA", "roadmap"};
-    return names[static_cast<int>(mode)];
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void Review::reset() {
     run_.reset();
@@ -97,7 +90,7 @@ bool Review::draw(const std::vector<std::shared_ptr<const room::Sequence>>& runs
     ImGui::BeginChild("controls", ImVec2(unit * 250, 0));
     for (const auto& run : runs) {
         const std::string name =
-            fmt::format("{}  {}  {} images", run->number, mode_name(run->mode), run->images.size());
+            fmt::format("{}  {}  {} images", run->number, script::title_of(run->mode), run->images.size());
         if (ImGui::RadioButton(name.c_str(), run->number == number_)) number_ = run->number;
     }
     ImGui::Separator();
@@ -209,8 +202,8 @@ void Review::draw_picture(const render::Box& area, const Window& window) {
         list.PopClipRect();
     }
     list.AddText(ImVec2(low.x + 8, low.y + 6), colour(render::palette::bright),
-                 fmt::format("{} {}: image {} of {}", mode_name(run_->mode), run_->number, look_.image + 1,
-                             run_->images.size())
+                 fmt::format("{} {}: image {} of {}", script::title_of(run_->mode), run_->number,
+                             look_.image + 1, run_->images.size())
                      .c_str());
 }
 

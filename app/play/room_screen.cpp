@@ -36,6 +36,8 @@ constexpr Hint hints[] = {
     {Action::Acquisition, "Hold {0} for a DSA run, and inject with {1} once its mask is taken"},
     {Action::Roadmap, "{0} lays the vessels of the last DSA run under the live image"}};
 
+constexpr const char* cine_hint = "Hold {0} for a cine run, and inject with {1}";
+
 }  // namespace
 
 void Play::draw_room() {
@@ -183,9 +185,8 @@ void Play::draw_runs(const Box& area) {
         picture->show(*run.images.back().shown, static_cast<long>(run.images.size()));
         list.AddImage(texture_id(picture->id()), ImVec2(left, top), ImVec2(left + side, top + side));
         list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
-        constexpr const char* modes[] = {"fluoro", "DSA", "roadmap"};
         sheet.text({left / unit, (top + side + u(3)) / unit},
-                   fmt::format("{} {}  {}", run.number, modes[static_cast<int>(run.mode)], run.images.size()),
+                   fmt::format("{} {}  {}", run.number, script::title_of(run.mode), run.images.size()),
                    Face::Small, palette::faint);
         ImGui::SetNextWindowPos(ImVec2(left, top));
         ImGui::SetNextWindowSize(ImVec2(side, side));
@@ -286,17 +287,19 @@ void Play::draw_hint(const Box& image) {
         return;
     // The next hint appears when the action requested by the last one was done.
     const exercise::Score& score = view_->score;
+    const bool cine = session_->options().scenario.imaging.acquisition == script::ImagingMode::Cine;
     const bool done[] = {score.beam_on_time > 1, score.advanced > 5,
                          score.rotation > 0.5,   used_left_ || view_->readout.devices.size() < 2,
-                         score.contrast > 1,     view_->readout.mode == "ROADMAP"};
+                         score.contrast > 1,     cine || view_->readout.mode == "ROADMAP"};
     while (hint_ < static_cast<int>(std::size(hints)) && done[hint_]) ++hint_;
     if (hint_ >= static_cast<int>(std::size(hints))) return;
     std::string pump = "no key";
     for (const room::InjectionPreset& preset : options_.keys.injections)
         if (preset.by == room::InjectionPreset::By::Pump && pump == "no key")
             pump = options_.keys.label(preset.key);
-    const std::string words =
-        fmt::format(fmt::runtime(hints[hint_].words), options_.keys.first(hints[hint_].action), pump);
+    const std::string words = fmt::format(
+        fmt::runtime(cine && hints[hint_].action == Action::Acquisition ? cine_hint : hints[hint_].words),
+        options_.keys.first(hints[hint_].action), pump);
     const float width = std::min(image.right - u(20), u(560));
     ImGui::SetNextWindowPos(ImVec2(std::round((image.left + image.right - width) / 2), u(56)));
     ImGui::SetNextWindowSize(ImVec2(width, 0));

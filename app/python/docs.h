@@ -59,7 +59,7 @@ inline constexpr const char* image =
     R"(An X-ray image of the state as it is: (pixels, pixels) uint8. Made only when asked for; it adds no dose to the score.
 
 pixels   32 to 2048 along a side; by default the scenario's, and with 'screen' no others
-mode     'live': one pulse of fluoroscopy. 'dsa': one pulse of subtraction from a mask without devices and contrast.
+mode     'live': one pulse of fluoroscopy. 'cine': one pulse of cine. 'dsa': one pulse of subtraction from a mask without devices and contrast.
          'screen': the room's screen with lag, DSA and roadmap, as beam and mode were; needs images=True.
 seed     of the noise; by default the scenario's. The noise also depends on the number of the frame.
 

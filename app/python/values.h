@@ -184,7 +184,7 @@ inline script::DeviceRole held_of(const py::object& device, const exercise::Simu
 inline episode::ImageMode mode_of(const std::string& mode) {
     for (std::size_t k = 0; k < episode::image_modes.size(); ++k)
         if (episode::image_modes[k] == mode) return static_cast<episode::ImageMode>(k);
-    throw io::InputError("mode: '" + mode + "' was given; expected 'live', 'dsa' or 'screen'");
+    throw io::InputError("mode: '" + mode + "' was given; expected 'live', 'dsa', 'screen' or 'cine'");
 }
 
 /// Three coordinates [mm] of what a caller gave; empty where it is not that.

@@ -114,7 +114,8 @@ void read_ends(const Value& list, Anatomy& anatomy) {
     for (const Value& item : list.items()) {
         VesselEnd end;
         end.opening.name = item["name"].word();
-        if (!names.insert(end.opening.name).second) item["name"].refuse("a name of expected its own");
+        if (!names.insert(end.opening.name).second)
+            item["name"].refuse("expected a name that no other end has");
         end.opening.centre = item["centre"].point();
         const Vec3 normal = item["normal"].point();
         if (std::abs(normal.norm() - 1) > 1e-3) item["normal"].refuse("expected a unit vector");

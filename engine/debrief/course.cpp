@@ -226,7 +226,8 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
             try {
-                const std::string figures = io::read_text(kept, "score", "expected its own");
+                const std::string figures =
+                    io::read_text(kept, "score", "expected a file that this program wrote");
                 io::check_json_depth(figures, kept.string());
                 const Json json = Json::parse(figures, nullptr, false);
                 for (const Json& one : json) {

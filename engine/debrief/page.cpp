@@ -83,6 +83,9 @@ const std::vector<Group>& groups() {
            "Images taken. Fewer a second show a slow hand as much."},
           {"DSA runs", "", 0, Row::Neither, exercise::figure_of<&Score::runs>,
            "Times that subtraction was begun. Neither many nor few are good in themselves."},
+          {"Cine runs", "", 0, Row::Neither, exercise::figure_of<&Score::cine_runs>,
+           "Times that the acquisition pedal was pressed for cine. A second of it costs several of "
+           "fluoroscopy."},
           {"Views", "", 0, Row::Neither, exercise::figure_of<&Score::views>,
            "Places of C-arm and table at which the beam was on. Neither many nor few are good in "
            "themselves."},

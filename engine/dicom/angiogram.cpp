@@ -76,6 +76,7 @@ public:
     }
     void put(const DcmTagKey& tag, double value) { put(tag, decimal(value)); }
     void put(const DcmTagKey& tag, int value) { put(tag, std::to_string(value)); }  // an integer string
+    void put_rounded(const DcmTagKey& tag, double value) { put(tag, static_cast<int>(std::lround(value))); }
     void put_short(const DcmTagKey& tag, int value) {
         require(item_.putAndInsertUint16(tag, static_cast<Uint16>(value)), tag);
     }
@@ -246,12 +247,12 @@ void Angiogram::Content::put_radiation(Data& data) const {
     data.put(DCM_KVP, kvp / count);
     data.put(DCM_RadiationSetting, series.radiation == Radiation::Fluoroscopy ? "SC" : "GR");
     data.put(DCM_RadiationMode, "PULSED");
-    data.put(DCM_XRayTubeCurrent, static_cast<int>(std::lround(current / count)));
+    data.put_rounded(DCM_XRayTubeCurrent, current / count);
     data.put(DCM_AveragePulseWidth, width / count);
-    data.put(DCM_ExposureTime, static_cast<int>(std::lround(width)));      // of all pulses [ms]
-    data.put(DCM_Exposure, static_cast<int>(std::lround(1e-3 * charge)));  // [mAs]
-    data.put(DCM_ExposureInuAs, static_cast<int>(std::lround(charge)));    // [µAs]
-    data.put(DCM_ImageAndFluoroscopyAreaDoseProduct, 10 * area_product);   // [dGy·cm²]
+    data.put_rounded(DCM_ExposureTime, width);                            // of all pulses [ms]
+    data.put_rounded(DCM_Exposure, 1e-3 * charge);                        // [mAs]
+    data.put_rounded(DCM_ExposureInuAs, charge);                          // [µAs]
+    data.put(DCM_ImageAndFluoroscopyAreaDoseProduct, 10 * area_product);  // [dGy·cm²]
     data.put(DCM_CommentsOnRadiationDose,
              fmt::format("air kerma at the reference point {:.6g} mGy, area product {:.6g} Gy cm2, simulated",
                          kerma, area_product));
@@ -276,18 +277,17 @@ void Angiogram::Content::put_geometry(Data& data) const {
     data.put(DCM_FieldOfViewDimensions, fmt::format("{}\\{}", field, field));
     const render::PixelBox open = render::opening_of(arm);
     data.put(DCM_CollimatorShape, "RECTANGULAR");
-    data.put(DCM_CollimatorLeftVerticalEdge, static_cast<int>(std::lround(open.left)));
-    data.put(DCM_CollimatorRightVerticalEdge, static_cast<int>(std::lround(open.right)));
-    data.put(DCM_CollimatorUpperHorizontalEdge, static_cast<int>(std::lround(open.top)));
-    data.put(DCM_CollimatorLowerHorizontalEdge, static_cast<int>(std::lround(open.bottom)));
+    data.put_rounded(DCM_CollimatorLeftVerticalEdge, open.left);
+    data.put_rounded(DCM_CollimatorRightVerticalEdge, open.right);
+    data.put_rounded(DCM_CollimatorUpperHorizontalEdge, open.top);
+    data.put_rounded(DCM_CollimatorLowerHorizontalEdge, open.bottom);
 }
 
 void Angiogram::Content::put_times(Data& data) const {
     data.put(DCM_NumberOfFrames, static_cast<int>(times.size()));
     if (series.frame_rate > 0) {
-        data.put(DCM_CineRate, static_cast<int>(std::lround(std::max(1.0, series.frame_rate))));
-        data.put(DCM_RecommendedDisplayFrameRate,
-                 static_cast<int>(std::lround(std::max(1.0, series.frame_rate))));
+        data.put_rounded(DCM_CineRate, std::max(1.0, series.frame_rate));
+        data.put_rounded(DCM_RecommendedDisplayFrameRate, std::max(1.0, series.frame_rate));
     }
     data.put_short(DCM_PreferredPlaybackSequencing, 0);
     std::string steps = "0";  // [ms], each since the frame before

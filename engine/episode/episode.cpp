@@ -105,10 +105,11 @@ render::GrayImage Camera::image(const Simulation& simulation, const exercise::Fr
     render::Fluoroscope& fluoroscope = chain(simulation).fluoroscope;
     Pulse pulse = this->pulse(simulation, time, arm);
     if (seed) pulse.exposure.seed = *seed;
-    const bool live = mode == ImageMode::Live;
-    const script::ImagingMode as = live ? script::ImagingMode::Live : script::ImagingMode::Dsa;
-    pulse.exposure.detector_dose = exercise::detector_dose(simulation.scenario(), pulse.arm, as);
-    if (live) return fluoroscope.expose(pulse.arm, pulse.seen(), pulse.exposure);
+    exercise::set_mode(pulse, simulation.scenario(),
+                       mode == ImageMode::Live   ? script::ImagingMode::Live
+                       : mode == ImageMode::Cine ? script::ImagingMode::Cine
+                                                 : script::ImagingMode::Dsa);
+    if (mode != ImageMode::Dsa) return fluoroscope.expose(pulse.arm, pulse.seen(), pulse.exposure);
     const render::Field signal = signal_of(fluoroscope, pulse, pulse.seen());
     Pulse mask = pulse;
     exercise::remove_contrast(mask.exposure);

@@ -27,11 +27,12 @@ using exercise::Reader;
 
 /// How an image on demand is made.
 enum class ImageMode {
-    Live,   // one pulse of fluoroscopy, without the lag of earlier ones
-    Dsa,    // one pulse of DSA; the mask is the same place without devices and contrast
-    Screen  // what the room's screen shows: needs an exercise with images, and beam
+    Live,    // one pulse of fluoroscopy, without the lag of earlier ones
+    Dsa,     // one pulse of DSA; the mask is the same place without devices and contrast
+    Screen,  // what the room's screen shows: needs an exercise with images, and beam
+    Cine     // one pulse of cine
 };
-inline constexpr std::array<std::string_view, 3> image_modes = {"live", "dsa", "screen"};
+inline constexpr std::array<std::string_view, 4> image_modes = {"live", "dsa", "screen", "cine"};
 
 /// Makes images of any exercise in one anatomy. To be used by one thread at a time.
 class Camera {

@@ -67,7 +67,8 @@ Frame Exercise::next_frame(std::span<const script::Command> commands) {
         if (frame.motion.reset) dose_ = {};
         if (frame.motion.console.pulse) {
             if (!meter_) meter_ = make_meter(simulation_.scenario(), simulation_.anatomy(), cache_);
-            dose_.add(meter_->technique(simulation_.console().arm(), metered_exposure(simulation_)));
+            dose_.add(simulation_.console().mode(),
+                      meter_->technique(simulation_.console().arm(), metered_exposure(simulation_)));
         }
     }
     if (!monitor_) return frame;
@@ -101,6 +102,7 @@ Score Exercise::with_dose(Score score) const {
     if (const Dose* given = dose()) {
         score.air_kerma = given->air_kerma;
         score.area_product = given->area_product;
+        score.dose = *given;
     }
     return score;
 }

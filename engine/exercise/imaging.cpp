@@ -85,16 +85,6 @@ std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::S
     return layers;
 }
 
-}  // namespace
-
-std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
-                                               const anatomy::Anatomy& anatomy,
-                                               const anatomy::ModelCache& cache) {
-    return layers_with(synthetic_body(scenario, anatomy, cache).get(), scenario, anatomy);
-}
-
-namespace {
-
 constexpr double cubic_mm_per_ml = 1000.0;
 
 /// Mean concentration in the blood around the wire, from every fifth joint [mg/ml].
@@ -106,22 +96,6 @@ double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry:
         sum += contrast.iodine()[contrast.blood().nearest(joints[i])];
     return sum / std::max(count, 1);
 }
-
-}  // namespace
-
-double BlushingOrgan::iodine(std::span<const blood::Blush> blush) const {
-    double sum = 0;
-    for (std::size_t k = 0; k < outlets.size(); ++k) {
-        const blood::Blush& behind = blush[static_cast<std::size_t>(outlets[k])];
-        const double there = part == Part::Whole   ? behind.iodine
-                             : part == Part::Inner ? behind.inner
-                                                   : behind.iodine - behind.inner;
-        sum += fractions[k] * there;
-    }
-    return sum;
-}
-
-namespace {
 
 /// The first with that name, from a layer on; -1 = none.
 int layer_named(const std::vector<render::TissueLayer>& layers, const std::string& name, int from = 0) {
@@ -136,7 +110,80 @@ geometry::Vec3 middle_of(const render::TissueLayer& layer) {
     return middle / static_cast<double>(std::max<std::size_t>(layer.mesh.vertices.size(), 1));
 }
 
+render::GreyCurve curve_of(script::ImagingMode mode) {
+    return mode == script::ImagingMode::Cine ? render::GreyCurve::Cine : render::GreyCurve::Fluoroscopy;
+}
+
+/// Before the limit [nGy].
+double wanted_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
+    const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
+    const scenario::Imaging& imaging = scenario.imaging;
+    return magnified * (mode == script::ImagingMode::Dsa    ? imaging.acquisition_dose
+                        : mode == script::ImagingMode::Cine ? imaging.cine_dose
+                                                            : imaging.detector_dose);
+}
+
+/// Along the vessel at a hole, perpendicular to the way out; unit.
+geometry::Vec3 beside_vessel(const blood::BloodFlow& blood, const blood::Hole& hole) {
+    const blood::FlowCell& cell = blood.cells[static_cast<std::size_t>(hole.cell)];
+    geometry::Vec3 along, other;
+    geometry::tangent_basis(hole.outward, along, other);
+    if (cell.upstream < 0) return along;
+    const geometry::Vec3 axis =
+        (cell.centre - blood.cells[static_cast<std::size_t>(cell.upstream)].centre).normalized();
+    const geometry::Vec3 beside = axis - axis.dot(hole.outward) * hole.outward;
+    return beside.norm() > 0.1 ? beside.normalized() : along;
+}
+
+/// The CT of the scenario's patient; none without.
+std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario,
+                                              const geometry::TriangleMesh& lumen,
+                                              const anatomy::ModelCache& cache) {
+    std::vector<render::DensityVolume> volumes;
+    if (scenario.imaging.patient && !scenario.patient_files.ct.empty())
+        volumes.push_back(patient::ct_volume(scenario.patient_files, lumen, cache));
+    return volumes;
+}
+
+/// What a broken mesh of the anatomy is to a user.
+template <class Make>
+auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
+    try {
+        return make();
+    } catch (const render::OpenMeshError& error) {
+        throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
+    } catch (const render::OverlappingMeshError& error) {
+        throw io::InputError(anatomy.name +
+                             ": a mesh that encloses each place once is needed for imaging: " + error.what());
+    }
+}
+
+render::LumenContrast lumen_contrast(const geometry::TriangleMesh& lumen,
+                                     const blood::ContrastFlow& contrast) {
+    return {lumen,
+            {contrast.nodes().begin(), contrast.nodes().end()},
+            {contrast.radii().begin(), contrast.radii().end()}};
+}
+
 }  // namespace
+
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
+                                               const anatomy::Anatomy& anatomy,
+                                               const anatomy::ModelCache& cache) {
+    return layers_with(synthetic_body(scenario, anatomy, cache).get(), scenario, anatomy);
+}
+
+double BlushingOrgan::iodine(std::span<const blood::Blush> blush) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        const blood::Blush& behind = blush[static_cast<std::size_t>(outlets[k])];
+        const double there = part == Part::Whole   ? behind.iodine
+                             : part == Part::Inner ? behind.inner
+                                                   : behind.iodine - behind.inner;
+        sum += fractions[k] * there;
+    }
+    return sum;
+}
 
 std::vector<int> supplied_layers(const std::vector<render::TissueLayer>& layers,
                                  const blood::Outlet& outlet) {
@@ -201,17 +248,6 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
     return organs;
 }
 
-namespace {
-
-/// Before the limit [nGy].
-double wanted_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
-    const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
-    const scenario::Imaging& imaging = scenario.imaging;
-    return magnified * (mode == script::ImagingMode::Dsa ? imaging.acquisition_dose : imaging.detector_dose);
-}
-
-}  // namespace
-
 double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
     return std::min(wanted_dose(scenario, arm, mode), render::largest_detector_dose);
 }
@@ -225,24 +261,9 @@ render::Exposure metered_exposure(const Simulation& simulation) {
     render::Exposure exposure;
     exposure.detector_dose = detector_dose(scenario, simulation.console().arm(), simulation.console().mode());
     exposure.kvp = scenario.imaging.kvp;
+    exposure.curve = curve_of(simulation.console().mode());
     return exposure;
 }
-
-namespace {
-
-/// Along the vessel at a hole, perpendicular to the way out; unit.
-geometry::Vec3 beside_vessel(const blood::BloodFlow& blood, const blood::Hole& hole) {
-    const blood::FlowCell& cell = blood.cells[static_cast<std::size_t>(hole.cell)];
-    geometry::Vec3 along, other;
-    geometry::tangent_basis(hole.outward, along, other);
-    if (cell.upstream < 0) return along;
-    const geometry::Vec3 axis =
-        (cell.centre - blood.cells[static_cast<std::size_t>(cell.upstream)].centre).normalized();
-    const geometry::Vec3 beside = axis - axis.dot(hole.outward) * hole.outward;
-    return beside.norm() > 0.1 ? beside.normalized() : along;
-}
-
-}  // namespace
 
 std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const blood::Hole& hole) {
     constexpr double fraction_of_tissue = 0.5;  // of a place, that blood takes in it (estimate) [-]
@@ -279,6 +300,12 @@ std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const 
     for (render::IodineCloud& cloud : clouds) cloud.iodine *= (1 - at_hole) * hole.iodine / weights;
     clouds.push_back({hole.place + 0.25 * radius * hole.outward, 0.19 * radius, at_hole * hole.iodine});
     return clouds;
+}
+
+void set_mode(Pulse& pulse, const scenario::Scenario& scenario, script::ImagingMode mode) {
+    pulse.mode = mode;
+    pulse.exposure.detector_dose = detector_dose(scenario, pulse.arm, mode);
+    pulse.exposure.curve = curve_of(mode);
 }
 
 Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<const BlushingOrgan> organs) {
@@ -340,20 +367,6 @@ void remove_contrast(render::Exposure& exposure) {
     exposure.clouds.clear();
 }
 
-namespace {
-
-/// The CT of the scenario's patient; none without.
-std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario,
-                                              const geometry::TriangleMesh& lumen,
-                                              const anatomy::ModelCache& cache) {
-    std::vector<render::DensityVolume> volumes;
-    if (scenario.imaging.patient && !scenario.patient_files.ct.empty())
-        volumes.push_back(patient::ct_volume(scenario.patient_files, lumen, cache));
-    return volumes;
-}
-
-}  // namespace
-
 render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                                  const anatomy::ModelCache& cache) {
     const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
@@ -366,30 +379,6 @@ render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anato
     if (!body) return {config, layers, std::move(ray_casters)};
     return {config, layers, std::move(ray_casters), metered(body)};
 }
-
-namespace {
-
-/// What a broken mesh of the anatomy is to a user.
-template <class Make>
-auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
-    try {
-        return make();
-    } catch (const render::OpenMeshError& error) {
-        throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
-    } catch (const render::OverlappingMeshError& error) {
-        throw io::InputError(anatomy.name +
-                             ": a mesh that encloses each place once is needed for imaging: " + error.what());
-    }
-}
-
-render::LumenContrast lumen_contrast(const geometry::TriangleMesh& lumen,
-                                     const blood::ContrastFlow& contrast) {
-    return {lumen,
-            {contrast.nodes().begin(), contrast.nodes().end()},
-            {contrast.radii().begin(), contrast.radii().end()}};
-}
-
-}  // namespace
 
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                           const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {

@@ -58,6 +58,8 @@ render::Fluoroscope make_masking(const scenario::Scenario&, const anatomy::Anato
 /// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
 /// more, so that larger images are not noisier, up to largest_detector_dose.
 double detector_dose(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
+/// Makes it a pulse of that mode: its dose and its grey curve.
+void set_mode(Pulse&, const scenario::Scenario&, script::ImagingMode);
 /// Whether magnification asks for more than that.
 bool dose_is_limited(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
 

@@ -10,7 +10,15 @@ namespace {
 
 /// Fraction of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
 /// filter the rest. A roadmap's is stronger: the logarithm behind bone raises noise.
-constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f;
+/// Cine has that of the detector alone: moving vessels would smear.
+constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f, cine_lag = 0.05f;
+
+float lag_of(script::ImagingMode mode) {
+    return mode == script::ImagingMode::Roadmap ? roadmap_lag
+           : mode == script::ImagingMode::Cine  ? cine_lag
+                                                : usual_lag;
+}
+
 /// Up to this fraction of the image is searched for the mask: at 300 mm of field more than a deep breath
 /// moves.
 constexpr double searched_fraction = 0.125;
@@ -23,7 +31,7 @@ Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluor
 
 void Monitor::take(Pulse pulse) {
     const render::Technique technique = fluoroscope_.technique(pulse.arm, pulse.exposure);
-    dose_.add(technique);
+    dose_.add(pulse.mode, technique);
 
     const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
     if (moved || pulse.new_mask) subtraction_.reset();
@@ -53,7 +61,7 @@ const render::Field& Monitor::signal(Recent& recent) {
 }
 
 const render::Field& Monitor::with_lag(float dose) {
-    const float lag = recent_.back().pulse.mode == script::ImagingMode::Roadmap ? roadmap_lag : usual_lag;
+    const float lag = lag_of(recent_.back().pulse.mode);
     // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes the remainder to 1.
     std::vector<const float*> pulses;
     for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/exercise/dose.h"
 #include "engine/exercise/frame.h"
 #include "engine/script/command.h"
 #include "render/xray/fluoroscope.h"
@@ -39,26 +40,10 @@ struct Pulse {
     void state(geometry::StateStream& s) { s(arm, devices, tip_of_device, exposure, mode, new_mask, time); }
 };
 
-/// Dose of the attempt.
-struct Dose {
-    int pulses = 0;
-    double air_kerma = 0;     // K_a,r [mGy]
-    double area_product = 0;  // P_KA [Gy·cm²]
-    render::Technique last;   // of the last pulse
-
-    void add(const render::Technique& technique) {
-        ++pulses;
-        air_kerma += technique.air_kerma;
-        area_product += technique.area_product;
-        last = technique;
-    }
-    void state(geometry::StateStream& s) { s(pulses, air_kerma, area_product, last); }
-};
-
-/// Live images mix each pulse with those before it (the lag of detector and noise filter); DSA subtracts the
-/// first pulse taken in that mode; a roadmap lays the vessels that DSA has shown under the live wire. Any
-/// change of C-arm, table or field clears all of this. The screens depend on the pulses taken, not on which
-/// were displayed.
+/// Live images mix each pulse with those before it (the lag of detector and noise filter), cine by the
+/// detector's lag alone; DSA subtracts the first pulse taken in that mode; a roadmap lays the vessels that
+/// DSA has shown under the live wire. Any change of C-arm, table or field clears all of this. The screens
+/// depend on the pulses taken, not on which were displayed.
 class Monitor {
 public:
     explicit Monitor(render::Fluoroscope);

@@ -1,6 +1,7 @@
 #include "engine/exercise/room_readout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
@@ -32,9 +33,10 @@ constexpr double message_time = 4.0;  // for which a message stays [s]
 constexpr std::size_t most_messages = 6;
 constexpr double table_height = 900.0;  // of its top above the floor, at the start [mm]
 
-const char* name_of(script::ImagingMode mode) {
-    constexpr const char* names[] = {"FLUORO", "DSA", "ROADMAP"};
-    return names[static_cast<int>(mode)];
+const char* label_of(script::ImagingMode mode) {
+    constexpr std::array<const char*, script::imaging_modes.size()> labels = {"FLUORO", "DSA", "ROADMAP",
+                                                                              "CINE"};
+    return labels[static_cast<std::size_t>(mode)];
 }
 
 }  // namespace
@@ -272,7 +274,7 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     const render::CArm arm = console.arm();
     render::Readout r;
     r.title = scenario.title;
-    r.mode = name_of(console.mode());
+    r.mode = label_of(console.mode());
     r.beam_on = console.beam_on();
     r.frame = frame.time.index;
     r.time = frame.time.seconds;
@@ -288,9 +290,9 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     r.fluoro_time = score.beam_on_time;
     if (const Monitor* monitor = frame.monitor; monitor && monitor->last_pulse()) {
         const Pulse& pulse = *monitor->last_pulse();
-        r.image = render::ImageMarks{name_of(pulse.mode), pulse.arm.lao,     pulse.arm.cranial,
-                                     pulse_rate_,         pulse.arm.sid,     pulse.arm.detector_width,
-                                     pulse.time.index,    pulse.time.seconds};
+        r.image = render::ImageMarks{label_of(pulse.mode), pulse.arm.lao,     pulse.arm.cranial,
+                                     pulse_rate_,          pulse.arm.sid,     pulse.arm.detector_width,
+                                     pulse.time.index,     pulse.time.seconds};
         const render::Subtraction::Shift shift = monitor->mask_shift();
         r.image->mask_x = shift.x;
         r.image->mask_y = shift.y;

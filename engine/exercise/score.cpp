@@ -182,6 +182,7 @@ void Score::state(geometry::StateStream& s) {
       rotation, idle_fraction, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
       log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
       buckled_frames, tip_to_target, wrong_branches, handling_errors, duration, resets, frames, interrupted);
+    s.beside(cine_runs, dose);
     s.unless_empty(set_by_teacher);
     s.unless_empty(teacher);
 }
@@ -207,7 +208,7 @@ void Scorer::begin(const Simulation& simulation) {
     direction_ = moving_frames_ = frames_ = beam_frames_ = frames_over_force_ = 0;
     first_tip_ = last_tip_ = simulation.tip_at_start();
     speeds_.clear();
-    injects_ = shown_ = false;
+    injects_ = shown_ = cine_runs_on_ = false;
     last_injection_.reset();
     mode_ = script::ImagingMode::Live;
     views_.clear();
@@ -220,6 +221,7 @@ void Scorer::observe(const Frame& frame) {
         if (frame.dose) {
             earlier_.back().air_kerma = frame.dose->air_kerma;
             earlier_.back().area_product = frame.dose->area_product;
+            earlier_.back().dose = *frame.dose;
         }
         ++score_.resets;
         begin(simulation);
@@ -248,10 +250,13 @@ void Scorer::observe_console(const Frame& frame) {
         !std::exchange(shown_, true))
         ++score_.angiograms;
     if (console.beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
+    cine_runs_on_ = cine_runs_on_ && console.beam_on();
     if (!frame.motion.console.pulse) return;
     ++score_.pulses;
     const bool dsa = console.mode() == script::ImagingMode::Dsa;
     score_.runs += dsa && (mode_ != script::ImagingMode::Dsa || frame.motion.console.mask);
+    const bool cine = console.mode() == script::ImagingMode::Cine;
+    score_.cine_runs += cine && !std::exchange(cine_runs_on_, cine);
     mode_ = console.mode();
     if (std::ranges::find(views_, console.arm()) == views_.end()) views_.push_back(console.arm());
     score_.views = static_cast<int>(views_.size());

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/exercise/dose.h"
 #include "engine/exercise/frame.h"
 #include "engine/exercise/handling.h"
 #include "engine/scenario/scenario.h"
@@ -109,11 +110,13 @@ struct Score {
     double beam_on_time = 0;                // [s]
     int pulses = 0;                         // of the beam
     int runs = 0;                           // times that DSA was begun
+    int cine_runs = 0;                      // times that cine was begun
     int views = 0;                          // of the C-arm and table, in which there were pulses
     /// Dose to the patient; empty when no images were made, as these alone determine what the tube must
     /// deliver.
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
+    std::optional<Dose> dose;            // the same by mode; only Exercise::with_dose() gives it
     double contrast = 0;                 // given [ml]
     int angiograms = 0;                  // injections that a pulse showed
     double wire_travel = 0;              // Σ|Δs| of the inserted length s [mm]
@@ -164,6 +167,7 @@ public:
         s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
           first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
           frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_, screen_);
+        s.beside(cine_runs_on_);
     }
 
 private:
@@ -193,6 +197,7 @@ private:
     int frames_ = 0;             // of the attempt
     double force_sum_ = 0;       // of the largest force of each frame [N]
     script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
+    bool cine_runs_on_ = false;  // the last pulse was of cine, and the pedal has stayed down
     std::vector<render::CArm> views_;
     script::TeacherScreen screen_ =
         script::usual_screen;  // as a teacher has left it, also from one attempt to the next

@@ -80,6 +80,12 @@ Json of_grade(const Score& s, const scenario::Benchmark& benchmark) {
             {"cost_of_injuries", made.cost_of_injuries()}};
 }
 
+Json of_dose(const DosePart& part) {
+    return {{"pulses", part.pulses},
+            {"air_kerma_mGy", part.air_kerma},
+            {"kerma_area_product_Gy_cm2", part.area_product}};
+}
+
 void add_attempt(Json& json, const Score& s) {
     json["completed"] = s.completed;
     json["completed_after_s"] = or_null(s.completed_after);
@@ -88,9 +94,15 @@ void add_attempt(Json& json, const Score& s) {
     json["beam_on_time_s"] = s.beam_on_time;
     json["pulses"] = s.pulses;
     json["dsa_runs"] = s.runs;
+    json["cine_runs"] = s.cine_runs;
     json["views"] = s.views;
     json["air_kerma_mGy"] = or_null(s.air_kerma);
     json["kerma_area_product_Gy_cm2"] = or_null(s.area_product);
+    if (s.dose)
+        for (const script::ImagingMode mode : {script::ImagingMode::Live, script::ImagingMode::Roadmap,
+                                               script::ImagingMode::Dsa, script::ImagingMode::Cine})
+            json["dose_by_mode"][std::string(script::name_of(mode))] =
+                of_dose(s.dose->by_mode[static_cast<std::size_t>(mode)]);
     json["contrast_ml"] = s.contrast;
     json["angiograms"] = s.angiograms;
     json["wire_travel_mm"] = s.wire_travel;

@@ -49,7 +49,8 @@ private:
 /// Through what an injection goes in these vessels, with these devices: "through the catheter", "through the
 /// introducer", "through a flush catheter in the aorta, from another access". Never through a wire: where
 /// there is nothing else it is the introducer.
-std::string site_name(const InjectionPreset&, std::span<const scenario::PlacedDevice>, const anatomy::Anatomy&);
+std::string site_name(const InjectionPreset&, std::span<const scenario::PlacedDevice>,
+                      const anatomy::Anatomy&);
 
 /// One injection now, or the reason against it. A hand gives no more than the lumen passes, and says so; what
 /// the injector cannot push through within its pressure is refused.

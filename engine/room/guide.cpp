@@ -89,7 +89,9 @@ void of_pedals(Effects& effects, const Situation& before, const exercise::Frame&
         effects[practice(Action::Reference)] += 1;
     if (!events.pulse) return;
     const script::ImagingMode mode = frame.simulation.console().mode();
-    effects[practice(mode == script::ImagingMode::Dsa ? Action::Acquisition : Action::Fluoroscopy)] += 1;
+    effects[practice(script::acquires(mode) ? Action::Acquisition : Action::Fluoroscopy)] += 1;
+    if (script::acquires(mode) && mode != frame.simulation.scenario().imaging.acquisition)
+        effects[practice(Action::AcquisitionMode)] += 1;
     if (mode == script::ImagingMode::Roadmap && !(frame.monitor && frame.monitor->map_is_missing()))
         effects[practice(Action::Roadmap)] += 1;
     // The pedal takes one by itself when it goes down.
@@ -152,6 +154,7 @@ double enough(Practice practised) {
         case Action::Fluoroscopy:
             return 8;  // pulses
         case Action::Acquisition:
+        case Action::AcquisitionMode:
         case Action::Roadmap:
             return 4;  // pulses
         default:

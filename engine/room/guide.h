@@ -36,7 +36,7 @@ struct Situation {
     render::CArm arm;
     geometry::Vec3 table = geometry::Vec3::Zero();  // [mm]
     double pulse_rate = 0;                          // [1/s]
-    bool acquires = false;                          // a DSA run
+    bool acquires = false;                          // a run of DSA
     bool breathes = true;
 };
 /// `grasp` may be null.

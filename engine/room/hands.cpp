@@ -119,9 +119,17 @@ void Hands::move_device(Side side, const Input& input, const exercise::StepRepor
 
 void Hands::press_pedals(const Input& input, const exercise::Simulation& simulation,
                          std::vector<script::Command>& commands, Messages& messages) {
+    using script::ImagingMode;
     const exercise::Console& console = simulation.console();
+    ImagingMode acquisition = acquisition_.value_or(simulation.scenario().imaging.acquisition);
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
+        if (action == Action::AcquisitionMode) {
+            acquisition_ = acquisition == ImagingMode::Dsa ? ImagingMode::Cine : ImagingMode::Dsa;
+            acquisition = *acquisition_;
+            messages.push_back({fmt::format("The acquisition pedal takes {}", script::title_of(acquisition)),
+                                render::Notice::Info});
+        }
         if (action == Action::Mask) commands.push_back(script::NewMask{});
         change_grasp(action, simulation, messages);
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
@@ -134,12 +142,12 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     shift_mask(input, commands);
     const bool acquire = input.holds(Action::Acquisition);
     const bool beam = acquire || input.holds(Action::Fluoroscopy);
-    const script::ImagingMode mode = acquire          ? script::ImagingMode::Dsa
-                                     : wants_roadmap_ ? script::ImagingMode::Roadmap
-                                                      : script::ImagingMode::Live;
+    const ImagingMode mode = acquire          ? acquisition
+                             : wants_roadmap_ ? ImagingMode::Roadmap
+                                              : ImagingMode::Live;
     // The image on the screen stays as it was taken while no pedal is down.
     if (beam && mode != console.mode()) commands.push_back(script::SetMode{mode});
-    if (acquire && !acquires_) commands.push_back(script::NewMask{});
+    if (acquire && !acquires_ && mode == ImagingMode::Dsa) commands.push_back(script::NewMask{});
     acquires_ = acquire;
     if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
 }

@@ -76,6 +76,7 @@ private:
     std::optional<Grasp> grasp_;
     bool wants_roadmap_ = false;
     bool acquires_ = false;
+    std::optional<script::ImagingMode> acquisition_;  // as chosen by key; empty = the scenario's
 };
 
 }  // namespace room

@@ -35,7 +35,8 @@ Results::Results(std::filesystem::path file) : file_(std::move(file)) {
         std::error_code ignored;
         if (!std::filesystem::exists(file_, ignored)) return nlohmann::json();
         try {
-            const std::string text = io::read_text(file_, "results", "expected its own");
+            const std::string text =
+                io::read_text(file_, "results", "expected a file that this program wrote");
             io::check_json_depth(text, file_.string());
             return nlohmann::json::parse(text, nullptr, false);
         } catch (const io::InputError&) {

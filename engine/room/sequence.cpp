@@ -62,29 +62,31 @@ void Sequences::observe(const exercise::Frame& frame, exercise::Monitor& monitor
     }
     run.images.push_back({pulse->time, shown, {}});
     if (dsa) run.images.back().signal = std::make_shared<render::Field>(monitor.last_signal());
-    if (!dsa && run.images.size() > most_images_) run.images.erase(run.images.begin());
+    if (!script::acquires(run.mode) && run.images.size() > most_images_) run.images.erase(run.images.begin());
     runs_.back() = std::make_shared<const Sequence>(std::move(run));
     limit();
 }
 
 void Sequences::limit() {
-    // Only the last run of fluoroscopy is kept; of DSA as many as there is room for.
+    // Only the last run of fluoroscopy is kept; of acquisitions as many as there is room for.
+    const auto weight = [](const Sequence& run) {
+        return run.mode == script::ImagingMode::Dsa ? images_of_dsa : std::size_t{script::acquires(run.mode)};
+    };
+    std::size_t kept = 0;
     for (auto run = runs_.begin(); run != runs_.end();) {
         const bool last = std::next(run) == runs_.end();
-        run = !last && (*run)->mode != script::ImagingMode::Dsa ? runs_.erase(run) : std::next(run);
+        kept += weight(**run) * (*run)->images.size();
+        run = !last && !script::acquires((*run)->mode) ? runs_.erase(run) : std::next(run);
     }
-    std::size_t signals = 0;
-    for (const auto& run : runs_)
-        if (run->mode == script::ImagingMode::Dsa) signals += run->images.size();
-    while (signals > most_signals_) {
+    while (kept > most_acquired_) {
+        Sequence oldest = *runs_.front();
         if (runs_.size() > 1) {
-            signals -= runs_.front()->mode == script::ImagingMode::Dsa ? runs_.front()->images.size() : 0;
+            kept -= weight(oldest) * oldest.images.size();
             runs_.pop_front();
         } else {
-            Sequence shorter = *runs_.front();
-            shorter.images.erase(shorter.images.begin() + 1);  // the first is the mask
-            runs_.front() = std::make_shared<const Sequence>(std::move(shorter));
-            --signals;
+            oldest.images.erase(oldest.images.begin() + 1);  // the first may be the mask
+            kept -= weight(oldest);
+            runs_.front() = std::make_shared<const Sequence>(std::move(oldest));
         }
     }
 }

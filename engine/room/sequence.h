@@ -35,10 +35,11 @@ struct Sequence {
 /// as it was.
 class Sequences {
 public:
-    /// `most_signals`: DSA images kept in all; `most_images`: fluoroscopy images per run; the oldest go
-    /// first.
-    explicit Sequences(std::size_t most_signals = 240, std::size_t most_images = 450)
-        : most_signals_(most_signals), most_images_(most_images) {}
+    /// `most_images`: of fluoroscopy in a run, and of acquisitions in all runs, where one of DSA, with its
+    /// signal, counts for `images_of_dsa`; the oldest go first.
+    explicit Sequences(std::size_t most_images = 450, std::size_t most_acquired = 1200)
+        : most_images_(most_images), most_acquired_(most_acquired) {}
+    static constexpr std::size_t images_of_dsa = 5;  // by their bytes
 
     /// To be called after each frame, with the image then shown.
     void observe(const exercise::Frame&, exercise::Monitor&,
@@ -48,7 +49,7 @@ public:
 private:
     void limit();
 
-    std::size_t most_signals_, most_images_;
+    std::size_t most_images_, most_acquired_;
     std::deque<std::shared_ptr<const Sequence>> runs_;
     bool beam_on_ = false;
     int taken_ = 0;

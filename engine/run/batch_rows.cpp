@@ -58,7 +58,7 @@ std::map<int, BatchRow> kept_rows(const fs::path& file) {
     std::map<int, BatchRow> rows;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return rows;
-    const std::string text = io::read_text(file, "batch", "expected its own");
+    const std::string text = io::read_text(file, "batch", "expected a file that this program wrote");
     try {
         io::check_json_depth(text, file.string());
         const BatchJson json = BatchJson::parse(text, nullptr, false);

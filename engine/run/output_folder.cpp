@@ -17,7 +17,7 @@ namespace run {
 namespace {
 
 dicom::Radiation radiation_of(script::ImagingMode mode) {
-    return mode == script::ImagingMode::Dsa ? dicom::Radiation::Acquisition : dicom::Radiation::Fluoroscopy;
+    return script::acquires(mode) ? dicom::Radiation::Acquisition : dicom::Radiation::Fluoroscopy;
 }
 
 namespace fs = std::filesystem;
@@ -105,8 +105,7 @@ void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse&
     series.subject = origin_.learner;
     series.study = study_;
     series.number = ++number_;
-    series.description = fmt::format(
-        "{}, from frame {}", script::imaging_modes[static_cast<std::size_t>(pulse.mode)], frame.time.index);
+    series.description = fmt::format("{}, from frame {}", script::name_of(pulse.mode), frame.time.index);
     series.arm = pulse.arm;
     series.radiation = radiation_of(pulse.mode);
     series.pixels = pixels_;

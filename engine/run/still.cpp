@@ -32,14 +32,16 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         simulation, {request.frame, simulation.frames() - 1, simulation.time()}, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
-    pulse.mode = script::ImagingMode::Live;
-    pulse.exposure.detector_dose = exercise::detector_dose(scenario, pulse.arm, pulse.mode);
+    const bool subtracts =
+        request.mode == script::ImagingMode::Dsa || request.mode == script::ImagingMode::Roadmap;
+    exercise::set_mode(pulse, scenario, subtracts ? script::ImagingMode::Live : request.mode);
+    if (request.mode == script::ImagingMode::Cine && !exercise::has_contrast(pulse.exposure))
+        pulse.exposure.iodine = request.iodine;
 
     exercise::Monitor monitor(std::move(imaging.fluoroscope));
-    if (request.mode != script::ImagingMode::Live) {
+    if (subtracts) {
         exercise::Pulse mask = pulse;
-        mask.mode = script::ImagingMode::Dsa;
-        mask.exposure.detector_dose = exercise::detector_dose(scenario, mask.arm, mask.mode);
+        exercise::set_mode(mask, scenario, script::ImagingMode::Dsa);
         const bool flows = exercise::has_contrast(mask.exposure);
         if (request.mode == script::ImagingMode::Roadmap) mask.devices.front().joints.clear();
         exercise::Pulse filled = mask;

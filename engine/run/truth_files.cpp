@@ -63,7 +63,7 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     json["attempt_frame"] = time.attempt;
     json["time_s"] = time.seconds;
     json["pulse_of_frame"] = pulse.time.index;
-    json["mode"] = script::imaging_modes[static_cast<std::size_t>(pulse.mode)];
+    json["mode"] = script::name_of(pulse.mode);
     json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
     json["c_arm"] = {{"lao_deg", arm.lao / geometry::degree},
                      {"cranial_deg", arm.cranial / geometry::degree},

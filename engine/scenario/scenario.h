@@ -101,10 +101,13 @@ struct Target {
 };
 
 struct Imaging {
-    double detector_dose = 30;         // a pulse at the detector [nGy]
-    double iodine = 0;                 // contrast that fills the lumen at the start [mg/ml]
-    bool patient = true;               // a body around the vessel; off = the vessel and wire in air
-    double acquisition_dose = 1000;    // a pulse of DSA at the detector [nGy]
+    double detector_dose = 30;       // a pulse at the detector [nGy]
+    double iodine = 0;               // contrast that fills the lumen at the start [mg/ml]
+    bool patient = true;             // a body around the vessel; off = the vessel and wire in air
+    double acquisition_dose = 1000;  // a pulse of DSA at the detector [nGy]
+    double cine_dose = 150;          // a pulse of cine at the detector [nGy]
+    /// What the acquisition pedal takes: DSA or cine.
+    script::ImagingMode acquisition = script::ImagingMode::Dsa;
     std::optional<double> kvp;         // tube voltage [kV]; empty = automatic
     std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
 };

@@ -326,6 +326,13 @@ void read_anatomy(io::Section& top, io::ParseContext& reading, Scenario& s) {
 void read_imaging(io::Section imaging, Scenario& s) {
     imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
     imaging.number("acquisition_dose_nGy", s.imaging.acquisition_dose, {0.1, 1e5});
+    imaging.number("cine_dose_nGy", s.imaging.cine_dose, {0.1, 1e5});
+    if (std::string word; imaging.word("acquisition", word)) {
+        if (word == "cine")
+            s.imaging.acquisition = script::ImagingMode::Cine;
+        else if (word != "dsa")
+            imaging.refuse("acquisition", *imaging.find("acquisition"), R"(expected "dsa" or "cine")");
+    }
     imaging.number("tube_voltage_kV", s.imaging.kvp, {40, 125});
     if (const toml::node* node = imaging.find("pulse_rate_hz")) {
         const auto rate = node->value<double>();

@@ -34,6 +34,7 @@ enum class Action : std::uint8_t {
     TableDown,
     // from here on when pressed
     Roadmap,
+    AcquisitionMode,
     Mask,
     Reference,
     ShiftLeft,

@@ -65,9 +65,7 @@ struct CommandText {
         return fmt::format("inject {} ml at {} ml/s {} of {} mg/ml", io::number_text(c.volume),
                            io::number_text(c.rate), where, io::number_text(c.iodine));
     }
-    std::string operator()(const SetMode& c) const {
-        return fmt::format("mode {}", imaging_modes[static_cast<std::size_t>(c.mode)]);
-    }
+    std::string operator()(const SetMode& c) const { return fmt::format("mode {}", name_of(c.mode)); }
     std::string operator()(const SetPulseRate& c) const {
         return "pulse " + io::number_text(c.rate) + " per second";
     }
@@ -219,8 +217,8 @@ std::string too_many_pulses(double rate, double frame_rate) {
 }
 
 std::span<const TimedCommand> CommandScript::at(int frame) const {
-    const auto found = std::ranges::equal_range(commands, frame, {}, &TimedCommand::frame);
-    return {found.begin(), found.end()};
+    return {std::ranges::lower_bound(commands, frame, {}, &TimedCommand::frame),
+            std::ranges::upper_bound(commands, frame, {}, &TimedCommand::frame)};
 }
 
 int CommandScript::last_frame(int tail) const {

@@ -146,8 +146,21 @@ struct Inject {
 
     bool through_device() const { return branch.empty() && !introducer; }
 };
-enum class ImagingMode { Live, Dsa, Roadmap };
-inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
+enum class ImagingMode { Live, Dsa, Roadmap, Cine };
+inline constexpr std::array<std::string_view, 4> imaging_modes = {"live", "dsa", "roadmap", "cine"};
+inline constexpr std::string_view name_of(ImagingMode mode) {
+    return imaging_modes[static_cast<std::size_t>(mode)];
+}
+/// In sentences.
+inline constexpr std::string_view title_of(ImagingMode mode) {
+    constexpr std::array<std::string_view, imaging_modes.size()> titles = {"fluoroscopy", "DSA", "roadmap",
+                                                                           "cine"};
+    return titles[static_cast<std::size_t>(mode)];
+}
+/// Whether its runs are kept, at a dose of their own: an acquisition, as opposed to fluoroscopy.
+inline constexpr bool acquires(ImagingMode mode) {
+    return mode == ImagingMode::Dsa || mode == ImagingMode::Cine;
+}
 struct SetMode {
     ImagingMode mode = ImagingMode::Live;
 };

@@ -20,6 +20,12 @@ struct DisplaySpec {
     double shutter_softness = 0.005;  // of its edge, in image widths [-]
 };
 
+/// The grey curves of a room: fluoroscopy, and cine, whose pulses have more quanta and whose images show lung
+/// and spine at once, at a third of fluoroscopy's gain.
+enum class GreyCurve : std::uint8_t { Fluoroscopy, Cine };
+inline constexpr DisplaySpec cine_display = {
+    .compression = 0.70, .range = 1.2, .contrast = 1.15, .brightness = 0.62};
+
 /// Logarithm, compression of dynamic range, window, shutters. Adjusted to one pose of the C-arm by the signal
 /// expected there without wire and contrast, so that the grey of the background does not follow the wire.
 class Display {

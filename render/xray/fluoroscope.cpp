@@ -118,7 +118,7 @@ struct BareImage {
     float scale = 0.0f;  // quanta per unit of BeamImages
     Field expected;      // with scatter [quanta]
     Technique technique;
-    std::optional<Display> display;
+    std::array<std::optional<Display>, 2> displays;  // by GreyCurve, as they are asked for
 };
 
 /// Whether images of the two differ only by rotation and by what lies in the isocentre.
@@ -210,7 +210,8 @@ struct Fluoroscope::State {
     void move_to(const CArm&);
     MovedVessels move_vessels(std::span<const Eigen::Vector3f> of_nodes);
     const BeamImages& beam(const std::optional<double>& kvp);
-    const BareImage& bare_image(const Exposure&);
+    BareImage& bare_image(const Exposure&);
+    const Display& display(const Exposure&);
     PosedLayers posed() { return {renderer, layers, *pose}; }
     void dissolve_in_organ(const OrganIodine&, const OrganMoment&);
     void dissolve(const Exposure&, const OrganMoment&);
@@ -252,7 +253,7 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     return place->second;
 }
 
-const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
+BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     const auto [place, is_new] = bare.try_emplace({exposure.kvp.value_or(0.0), exposure.detector_dose});
     BareImage& result = place->second;
     if (!is_new) return result;
@@ -264,9 +265,17 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     result.expected = Field(arm.pixels, arm.pixels);
     for (std::size_t i = 0; i < result.expected.values.size(); ++i)
         result.expected.values[i] = result.scale * (sum(at.primary[i]) + at.scatter.values[i]);
-    // The display is adjusted to the image without contrast.
-    result.display.emplace(config.display, result.expected, plane->flat, at.weights, plane->open);
     return result;
+}
+
+const Display& Fluoroscope::State::display(const Exposure& exposure) {
+    BareImage& bare = bare_image(exposure);
+    std::optional<Display>& display = bare.displays[static_cast<std::size_t>(exposure.curve)];
+    // Adjusted to the image without contrast.
+    if (!display)
+        display.emplace(exposure.curve == GreyCurve::Cine ? config.cine : config.display, bare.expected,
+                        plane->flat, beam(exposure.kvp).weights, plane->open);
+    return *display;
 }
 
 void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const OrganMoment& organs) {
@@ -465,7 +474,7 @@ Field Fluoroscope::read(const CArm& arm, const SeenDevices& devices, const Expos
 const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     state_->move_to(arm);
-    return *state_->bare_image(exposure).display;
+    return state_->display(exposure);
 }
 
 GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {

@@ -47,6 +47,7 @@ struct FluoroscopeConfig {
     WireLook wire;  // of a SeenDevice without a look of its own
     DetectorSpec detector;
     DisplaySpec display;
+    DisplaySpec cine = cine_display;
     double scatter = 1.0;            // times what scatter_field gives [-]
     double measuring_radius = 0.30;  // of the disc where exposure is measured, in image widths [-]
     double heel = 0.08;              // loss of intensity at the edge toward the anode (the head) [-]
@@ -90,10 +91,11 @@ struct Exposure {
     std::vector<VertexMove> lumen_moves = {};
     /// Fraction of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
     double breath = 0.0, beat = 0.0, drift = 0.0;
+    GreyCurve curve = GreyCurve::Fluoroscopy;  // of the image
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds);
+          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds, curve);
         s.unless_empty(lumen_moves);
     }
 };
@@ -131,8 +133,8 @@ public:
     /// The quanta expected on each pixel, before noise: the means that `read` draws its numbers around.
     Field expected_quanta(const CArm&, const SeenDevices&, const Exposure&);
 
-    /// The display for signals that were read at this pose and dose. Valid until the next call of a member
-    /// that takes an arm.
+    /// The display for signals that were read at this pose, dose and curve. Valid until the next call of a
+    /// member that takes an arm.
     const Display& display(const CArm&, const Exposure&);
 
     /// A live frame: the signal of the pulse, displayed.

@@ -21,7 +21,7 @@ using Render = test::InFolder;
 
 TEST_F(Render, LeavesOneImageOfEachMode) {
     std::vector<std::string> bytes;
-    for (const char* mode : {"live", "dsa", "roadmap"}) {
+    for (const char* mode : {"live", "dsa", "roadmap", "cine"}) {
         const std::string file = folder / (std::string(mode) + ".png");
         succeeded(folder,
                   {"render", "s_bend", "--frame", "20", "--lao", "20", "--mode", mode, "--out", file});
@@ -30,6 +30,7 @@ TEST_F(Render, LeavesOneImageOfEachMode) {
     }
     EXPECT_NE(bytes[0], bytes[1]);
     EXPECT_NE(bytes[0], bytes[2]);
+    EXPECT_NE(bytes[0], bytes[3]);
 }
 
 TEST_F(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
@@ -44,7 +45,7 @@ TEST_F(Render, AnglesModesFramesAndContrastThereAreNotAreRefused) {
     expect_render_refused({"--lao", "130"}, "LAO/RAO angle must lie within 120 degrees");
     expect_render_refused({"--cranial", "-50"}, "cranial/caudal angle must lie within 45 degrees");
     expect_render_refused({"--lao", "nan"}, "--lao: expected a number, found 'nan'");
-    expect_render_refused({"--mode", "cine"}, "expected live, dsa or roadmap");
+    expect_render_refused({"--mode", "fluoro"}, "expected live, dsa, roadmap or cine");
     expect_render_refused({"--frame", "-1"}, "--frame");
     expect_render_refused({"--frame", "40000"}, "the script ends at 40: expected 0 to 40");
     expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");

@@ -312,7 +312,7 @@ NOWHERE = [[wrong if i == k else 1.0 for i in range(3)] for k in range(3)
     (lambda sim: sim.apply("beam on\nbeam off"), "one line"),
     (lambda sim: sim.apply("end"), "one command"),
     (lambda sim: sim.image(8), "32 to 2048"),
-    (lambda sim: sim.image(64, mode="colour"), "'live', 'dsa' or 'screen'"),
+    (lambda sim: sim.image(64, mode="colour"), "'live', 'dsa', 'screen' or 'cine'"),
     (lambda sim: sim.image(64, mode="screen"), "images=True"),
     (lambda sim: sim.step(1, device=2 ** 70), "found 1180591620717411303424"),
     (lambda sim: sim.step(1, device=np.array([0.5])), "found array([0.5])"),

@@ -19,7 +19,7 @@ struct Press {
 struct LessonRoom : Room {
     LessonRoom() : Room(1280, 800, {"first_steps", "--learner", "ada", "--record", "@run.gw"}) {}
 
-    bool has_done(int steps) { return display.find(fmt::format(" - {} of 34 steps", steps)); }
+    bool has_done(int steps) { return display.find(fmt::format(" - {} of 35 steps", steps)); }
     void press(const Press& press) {
         for (const std::string& key : press.held) display.key(key, true);
         display.tap(press.tapped, press.seconds);
@@ -67,6 +67,7 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
         {{{}, "s"}},
         {{{}, "r"}, {{}, "space", 0.6}},
         {{{"a"}, "Shift_R", 0.3}, {{"a"}, "m", 0.2}},
+        {{{}, "5"}, {{"a"}, "Shift_R", 0.6}},
         {{{}, "F1"}},
         {{{}, "v", 0.1}, {{}, "v", 0.1}},
         {{{}, "p", 0.1}, {{}, "p", 0.1}},
@@ -81,10 +82,10 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
     room.display.tap("Home");
     ASSERT_TRUE(room.reaches("asks"));
     ASSERT_TRUE(room.tap_out_of("asks", "Return"));
-    ASSERT_TRUE(room.comes("the new attempt", [&] { return room.has_done(33); }));
+    ASSERT_TRUE(room.comes("the new attempt", [&] { return room.has_done(34); }));
     room.display.key("Control_L", true);
     room.display.key("Up", true);
-    ASSERT_TRUE(room.comes("the target", [&] { return room.display.find("ended") || room.has_done(34); }));
+    ASSERT_TRUE(room.comes("the target", [&] { return room.display.find("ended") || room.has_done(35); }));
     room.display.key("Up", false);
     room.display.key("Control_L", false);
     ASSERT_TRUE(room.reaches("ended"));
@@ -93,8 +94,8 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
     ASSERT_TRUE(room.comes("the result", [&] { return !read(results).empty(); }));
     const nlohmann::json kept = nlohmann::json::parse(read(results)).at("first_steps");
     EXPECT_EQ(kept.at("passed"), 1);
-    EXPECT_EQ(kept.at("steps_done"), 34);
-    EXPECT_NE(read(room.folder / "run.gw").find("\nlesson 34 of 34\n"), std::string::npos);
+    EXPECT_EQ(kept.at("steps_done"), 35);
+    EXPECT_NE(read(room.folder / "run.gw").find("\nlesson 35 of 35\n"), std::string::npos);
     sleep_for(0.3);
     room.picture("lesson-end");
     ASSERT_TRUE(room.mark_next("Right"));  // "Next exercise"
@@ -108,7 +109,7 @@ TEST(Lesson, StepsLeftOutDoNotPass) {
     LessonRoom room;
     ASSERT_TRUE(room.start());
     ASSERT_TRUE(room.does(1, {{{}, "space", 0.8}}));
-    for (int k = 0; k < 34; ++k) room.display.tap("backslash");
+    for (int k = 0; k < 35; ++k) room.display.tap("backslash");
     room.display.key("Control_L", true);
     room.display.key("Up", true);
     ASSERT_TRUE(room.reaches("ended"));

@@ -30,7 +30,7 @@ TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
     for (int frame = 0; frame < 40; ++frame) {
         Script commands;
         if (frame % 6 == 0) commands.push_back(script::Beam{pick(4) > 0});
-        if (pick(4) == 0) commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
+        if (pick(4) == 0) commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(4))});
         if (pick(5) == 0) commands.push_back(script::MoveArm{0.1 * (pick(40) - 20), {}, {}, {}, {}, {}});
         if (pick(8) == 0) commands.push_back(script::MoveTable{{1.0 * pick(60), 0, 1.0 * pick(80)}});
         if (pick(8) == 0) commands.push_back(script::Collimate{20.0 + pick(200), 20.0 + pick(200)});
@@ -44,6 +44,15 @@ TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
         ASSERT_EQ(*a.area_product, *b.area_product) << "seed " << seed << ", frame " << frame;
     }
     EXPECT_GT(*metered.score().air_kerma, 0);
+    const Score last = metered.score();
+    double kerma = 0, product = 0;
+    int pulses = 0;
+    for (const DosePart& part : last.dose->by_mode) {
+        kerma += part.air_kerma, product += part.area_product, pulses += part.pulses;
+    }
+    EXPECT_NEAR(kerma, *last.air_kerma, 1e-12 * kerma);
+    EXPECT_NEAR(product, *last.area_product, 1e-12 * product);
+    EXPECT_EQ(pulses, last.pulses);
     ASSERT_EQ(metered.earlier_attempts().size(), 1u);
     EXPECT_EQ(*metered.earlier_attempts()[0].air_kerma, *pictured.earlier_attempts()[0].air_kerma);
     EXPECT_FALSE(Exercise(test::small_scenario_with_patient(), Pictures::None).score().air_kerma);
@@ -67,6 +76,37 @@ TEST_F(DoseTest, OfARunWithoutImagesIsInItsScore) {
               *lit.score.air_kerma);
     options.dose = false;
     EXPECT_FALSE(run::run_headless(test::small_scenario_with_patient(), script, options).score.air_kerma);
+}
+
+TEST_F(DoseTest, APulseOfEachModeCostsWhatItsDetectorDoseAsksFor) {
+    Exercise exercise(test::small_scenario_with_patient(), Pictures::Dose);
+    for (const script::ImagingMode mode :
+         {script::ImagingMode::Live, script::ImagingMode::Cine, script::ImagingMode::Dsa}) {
+        exercise.next_frame(Script{script::SetMode{mode}, script::Beam{true}});
+        for (int k = 1; k < 10; ++k) exercise.next_frame({});
+        exercise.next_frame(Script{script::Beam{false}});
+    }
+    const auto kerma = [dose = *exercise.score().dose](script::ImagingMode mode) {
+        const DosePart& part = dose.by_mode[static_cast<std::size_t>(mode)];
+        EXPECT_EQ(part.pulses, 10);
+        return part.air_kerma;
+    };
+    const double live = kerma(script::ImagingMode::Live);
+    const scenario::Imaging usual;
+    // A higher voltage for more dose needs less kerma for it.
+    const double cine = kerma(script::ImagingMode::Cine) / live, dsa = kerma(script::ImagingMode::Dsa) / live;
+    EXPECT_LE(cine, usual.cine_dose / usual.detector_dose * 1.001);
+    EXPECT_GE(cine, 0.5 * usual.cine_dose / usual.detector_dose);
+    EXPECT_LE(dsa, usual.acquisition_dose / usual.detector_dose * 1.001);
+    EXPECT_GT(dsa, 3 * cine);
+    EXPECT_EQ(exercise.score().runs, 1);
+    EXPECT_EQ(exercise.score().cine_runs, 1);
+    for (int k = 0; k < 2; ++k) {
+        exercise.next_frame(Script{script::SetMode{script::ImagingMode::Cine}, script::Beam{true}});
+        exercise.next_frame({});
+        exercise.next_frame(Script{script::Beam{false}});
+    }
+    EXPECT_EQ(exercise.score().cine_runs, 3) << "each press of the pedal is a run";
 }
 
 TEST_F(DoseTest, OfASnapshotGoesOnWithoutImages) {

@@ -163,6 +163,11 @@ TEST_F(Practised, PicturesAreWhatTheBeamShowed) {
         EXPECT_TRUE(come_of_pressing(action)) << info(action).key;
     effects_in(pressing({Action::Roadmap}));
     EXPECT_TRUE(come_of_holding({Action::Fluoroscopy}, Action::Roadmap));
+    effects_in(pressing({Action::AcquisitionMode}));
+    EXPECT_TRUE(come_of_holding({Action::Acquisition}, Action::AcquisitionMode)) << "cine";
+    effects_in(pressing({Action::AcquisitionMode}));
+    EXPECT_FALSE(come_of_holding({Action::Acquisition}, Action::AcquisitionMode)) << "DSA again";
+    effects_in(Input());
     EXPECT_FALSE(come_of_pressing(Action::Mask, {Action::Acquisition})) << "the pedal took it";
     EXPECT_TRUE(come_of_pressing(Action::Mask, {Action::Acquisition}));
     for (int k = 0; k < 60; ++k) effects_in(Input());

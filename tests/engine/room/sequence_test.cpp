@@ -31,7 +31,7 @@ protected:
     }
 
     exercise::Exercise exercise;
-    Sequences sequences{20, 8};
+    Sequences sequences{8, 100};
     std::shared_ptr<const render::GrayImage> shown;
 };
 
@@ -48,6 +48,24 @@ TEST_F(SequenceTest, ARunIsWhatLiesBetweenPressAndRelease) {
     EXPECT_EQ(runs[2]->images.size(), 2u);
     EXPECT_EQ(runs[2]->mode, ImagingMode::Live);
     EXPECT_EQ(runs[1]->number, 2);
+}
+
+TEST_F(SequenceTest, RunsOfCineAreKeptAsAcquisitionsAndLookedAtAsShown) {
+    for (int k = 0; k < 3; ++k) {
+        frame({script::SetMode{ImagingMode::Cine}, script::Beam{true}});
+        for (int more = 1; more < 30; ++more) frame({});
+        frame({script::Beam{false}});
+    }
+    frame({script::SetMode{ImagingMode::Live}, script::Beam{true}});
+    frame({script::Beam{false}});
+    acquire(4);
+    const auto runs = sequences.runs();  // 90 images of cine and 20 for DSA are more than 100
+    ASSERT_EQ(runs.size(), 3u);
+    EXPECT_EQ(runs[0]->mode, ImagingMode::Cine);
+    EXPECT_EQ(runs[0]->number, 2);
+    EXPECT_EQ(runs[0]->images.size(), 30u);
+    EXPECT_EQ(look_at(*runs[0], {29, 0, 0, 0, 256, 128}), *runs[0]->images[29].shown);
+    EXPECT_EQ(runs[2]->mode, ImagingMode::Dsa);
 }
 
 TEST_F(SequenceTest, WithItsOwnMaskAnImageIsWhatWasShown) {
@@ -96,7 +114,7 @@ TEST_F(SequenceTest, WindowAndLevelAreALineOfGreys) {
 
 TEST_F(SequenceTest, TheOldestGoFirstAndTheMaskOfARunStays) {
     acquire(12);
-    acquire(12);  // 24 are more than 20: the first run goes
+    acquire(12);  // 24 of DSA are more than 100 images: the first run goes
     ASSERT_EQ(sequences.runs().size(), 1u);
     const auto first = sequences.runs()[0]->images[0].time.index;
     acquire(30);

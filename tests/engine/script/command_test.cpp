@@ -98,7 +98,7 @@ TEST(Command, TheConsolesVerbsAreRead) {
 }
 
 TEST(Command, TheConsolesVerbsNameWhatIsAccepted) {
-    EXPECT_EQ(refusal_of("0 mode cine"), "x.gw:1:8: 'cine' was found; expected live, dsa, roadmap");
+    EXPECT_EQ(refusal_of("0 mode fluoro"), "x.gw:1:8: 'fluoro' was found; expected live, dsa, roadmap, cine");
     EXPECT_EQ(refusal_of("0 pulse 12 per second"),
               "x.gw:1:9: '12' was found; expected 3.75, 7.5, 15 or 30, per second");
     EXPECT_EQ(refusal_of("0 inject 900 ml at 6 ml/s into LRA"),
