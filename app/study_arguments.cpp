@@ -21,6 +21,10 @@ void add_study_arguments(CLI::App& parser, StudyArguments& arguments) {
                  "The i-th of n equal parts, for 'merge' (wall-variation)")
         ->type_name("i/n")
         ->check(shard());
+    parser
+        .add_option("--pictures", arguments.pictures,
+                    "Of 'realism': other pictures, NAME_0.4mm.png, to measure beside")
+        ->type_name("FOLDER");
     parser.add_option("--seed", arguments.seed, "Of a study that draws random numbers");
     parser.footer("Exit codes: 0 done, 2 bad input, 130 interrupted.");
 }

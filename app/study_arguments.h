@@ -14,6 +14,7 @@ namespace app {
 struct StudyArguments {
     std::string id, out;
     std::vector<std::filesystem::path> folders;  // of shards to merge
+    std::filesystem::path pictures;
     std::optional<std::string> shard;
     bool quick = false;
     int threads = 2;

@@ -41,6 +41,7 @@ int study(const StudyArguments& arguments) {
     if (meshes) options.real_meshes = meshes;
     options.scenarios = assets() / "scenarios";
     options.devices = assets() / "devices";
+    options.pictures = arguments.pictures;
     options.quick = arguments.quick;
     options.threads = arguments.threads;
     options.seed = arguments.seed;

@@ -41,8 +41,9 @@ StudyResult run_models(const StudyOptions&);
 StudyResult run_devices(const StudyOptions&);
 /// Whether frames agree with physics, and what they cost.
 StudyResult run_imaging(const StudyOptions&);
-/// The patient of each region from several sides, as fluoroscopy shows it.
-StudyResult run_views(const StudyOptions&);
+/// The patient of each region from several sides, and a coronary artery in cine: noise, greys, edges and
+/// octaves, beside those of the PNG pictures in options.pictures.
+StudyResult run_realism(const StudyOptions&);
 /// Relaxation on walls of triangles, as the paper's are.
 StudyResult run_triangle_walls(const StudyOptions&);
 

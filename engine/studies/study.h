@@ -35,6 +35,7 @@ struct StudyOptions {
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
     std::filesystem::path scenarios;    // folder of the scenarios in the distribution; may be missing
     std::filesystem::path devices;      // folder of the devices that they name
+    std::filesystem::path pictures;     // folder of PNG pictures to be measured beside; may be empty
     anatomy::ModelCache cache;          // an empty folder stands for cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
