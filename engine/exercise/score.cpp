@@ -256,7 +256,8 @@ void Scorer::observe_console(const Frame& frame) {
     const bool dsa = console.mode() == script::ImagingMode::Dsa;
     score_.runs += dsa && (mode_ != script::ImagingMode::Dsa || frame.motion.console.mask);
     const bool cine = console.mode() == script::ImagingMode::Cine;
-    score_.cine_runs += cine && !std::exchange(cine_runs_on_, cine);
+    const bool went_on = std::exchange(cine_runs_on_, cine);
+    score_.cine_runs += cine && !went_on;
     mode_ = console.mode();
     if (std::ranges::find(views_, console.arm()) == views_.end()) views_.push_back(console.arm());
     score_.views = static_cast<int>(views_.size());

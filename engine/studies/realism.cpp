@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <stdexcept>
 
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -68,9 +69,11 @@ double pixel_of(const std::string& name) {
     const auto given = start == std::string::npos
                            ? std::nullopt
                            : io::parse_number(std::string_view(name).substr(start + 1, end - start - 1));
-    if (!given || !(*given > 0))
-        throw io::InputError("{}: expected a name that ends in the width of a pixel, such as hip_0.4mm.png",
-                             name);
+    if (!given || !(*given >= 0.01 && *given <= 5))
+        throw io::InputError(
+            "{}: expected a name that ends in the width of a pixel, 0.01 to 5 mm, such as "
+            "hip_0.4mm.png",
+            name);
     return *given;
 }
 
@@ -189,7 +192,11 @@ StudyResult run_realism(const StudyOptions& options) {
     for (const std::filesystem::path& file : others) {
         const std::string name = file.filename().string();
         const render::Field grey = grey_levels(file);
-        measured.add(name, grey, grey, pixel_of(name));
+        try {
+            measured.add(name, grey, grey, pixel_of(name));
+        } catch (const std::invalid_argument& error) {
+            throw io::InputError("{}: {}", file.string(), error.what());
+        }
         work.tell(name);
     }
     StudyResult result;

@@ -331,7 +331,7 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWal
                        {{"segments", size.segments}, {"tubes", titles(tubes)}, {"walls", walls}});
 }
 
-io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<TriangleMethod>& methods_,
+io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<TriangleMethod>& tried,
                      const TriangleWallSizes& size) {
     constexpr const char* colours[] = {"#999999", "#E69F00", "#0072B2", "#009E73", "#56B4E9", "#000000"};
     constexpr int shapes[] = {2, 9, 7, 5, 6, 13};
@@ -344,7 +344,7 @@ io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vecto
     TemplateRows panels = titles(tubes);
     for (std::size_t t = 0; t < tubes.size(); ++t) panels[t].push_back({"before", t * walls});
     const auto method = [&](std::size_t m) -> TemplateValues {
-        return {{"method", methods_[m].name}, {"shape", shapes[m]}, {"colour", colours[m]}};
+        return {{"method", tried[m].name}, {"shape", shapes[m]}, {"colour", colours[m]}};
     };
     return filled_plot("triangle_walls", 1100, 600,
                        {{"last", walls - 1},
@@ -352,8 +352,8 @@ io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vecto
                         {"fine", fine},
                         {"balanced", balanced},
                         {"tubes", panels},
-                        {"count", methods_.size()},
-                        {"methods", rows_of(methods_.size(), method)},
+                        {"count", tried.size()},
+                        {"methods", rows_of(tried.size(), method)},
                         {"cycles", size.cycles},
                         {"segments", size.segments}});
 }
@@ -367,13 +367,13 @@ double largest_step(const io::Table& edge, const std::string& line, const std::s
     return largest;
 }
 
-std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector<TriangleMethod>& methods_,
+std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector<TriangleMethod>& tried,
                           const std::vector<Ending>& endings, const io::Table& edge) {
     const auto at_rest = [&](const std::string& kind, std::initializer_list<int> methods) {
         int all = 0, resting = 0;
         for (std::size_t w = 0; w < walls.size(); ++w) {
             if (walls[w].kind != kind) continue;
-            for (const int m : methods) ++all, resting += endings[w * methods_.size() + m].rests();
+            for (const int m : methods) ++all, resting += endings[w * tried.size() + m].rests();
         }
         return std::pair(resting, all);
     };
@@ -402,7 +402,7 @@ std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector
         std::vector<double> turns;
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (walls[w].tube == t && walls[w].planes)
-                turns.push_back(endings[w * methods_.size() + 2].turns.back());
+                turns.push_back(endings[w * tried.size() + 2].turns.back());
         list.push_back({fmt::format("Extension: finer facets leave less unrest, {} tube: mean turn with M = "
                                     "2, coarsest over finest [-]",
                                     t == 0 ? "sinuous" : "sharp"),

@@ -107,6 +107,10 @@ TEST_F(DoseTest, APulseOfEachModeCostsWhatItsDetectorDoseAsksFor) {
         exercise.next_frame(Script{script::Beam{false}});
     }
     EXPECT_EQ(exercise.score().cine_runs, 3) << "each press of the pedal is a run";
+    for (const script::ImagingMode mode :
+         {script::ImagingMode::Cine, script::ImagingMode::Live, script::ImagingMode::Cine})
+        exercise.next_frame(Script{script::SetMode{mode}, script::Beam{true}});
+    EXPECT_EQ(exercise.score().cine_runs, 5) << "and each change to cine under a pedal that stays down";
 }
 
 TEST_F(DoseTest, OfASnapshotGoesOnWithoutImages) {
