@@ -29,6 +29,12 @@ double range_of(const Field& log, const Field& open) {
     return at(0.95) - at(0.05);
 }
 
+/// What a signal needs added so that its noise, of quanta and electronics, is at most a quarter of the sum.
+float lift_of(float quanta) {
+    constexpr float most_noise = 0.25f, electronics = 9.0f;  // the latter as variance
+    return std::max(0.0f, std::sqrt(std::max(quanta, 0.0f) + electronics) / most_noise - quanta);
+}
+
 }  // namespace
 
 Field shutters(const DisplaySpec& spec, const CArm& arm) {
@@ -57,7 +63,9 @@ Field shutters(const DisplaySpec& spec, const CArm& arm) {
 
 Display::Display(const DisplaySpec& spec, const Field& expected, const Field& flat, const Field& weight,
                  Field open)
-    : reference_(expected.width, expected.height), open_(std::move(open)) {
+    : reference_(expected.width, expected.height),
+      lift_(expected.width, expected.height),
+      open_(std::move(open)) {
     assert(expected.values.size() == flat.values.size() && flat.values.size() == weight.values.size());
     const auto steps = static_cast<int>(grey_.size());
     for (int i = 0; i < steps; ++i) {
@@ -71,7 +79,8 @@ Display::Display(const DisplaySpec& spec, const Field& expected, const Field& fl
     Field log(expected.width, expected.height);
     double sum = 0.0, total = 0.0;
     for (std::size_t i = 0; i < log.values.size(); ++i) {
-        log.values[i] = std::log(std::max(expected.values[i], 1e-3f) / flat.values[i]);
+        lift_.values[i] = lift_of(expected.values[i]);
+        log.values[i] = std::log((expected.values[i] + lift_.values[i]) / flat.values[i]);
         sum += static_cast<double>(weight.values[i]) * log.values[i];
         total += weight.values[i];
     }
@@ -100,8 +109,9 @@ GrayImage Display::show(const Field& signal) const {
     for (std::size_t start = 0; start < signal.values.size(); start += together) {
         const std::size_t count = std::min(together, signal.values.size() - start);
         const float *const read = signal.values.data() + start, *const open = open_.values.data() + start;
+        const float* const lift = lift_.values.data() + start;
         const float* const reference = reference_.values.data() + start;
-        for (std::size_t i = 0; i < count; ++i) level[i] = std::max(read[i], 0.25f);
+        for (std::size_t i = 0; i < count; ++i) level[i] = std::max(read[i] + lift[i], 0.25f);
         log(std::span(level).first(count));
         for (std::size_t i = 0; i < count; ++i) {
             const float d = std::min(std::max(level[i] - reference[i], lowest), highest);

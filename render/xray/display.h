@@ -26,8 +26,10 @@ enum class GreyCurve : std::uint8_t { Fluoroscopy, Cine };
 inline constexpr DisplaySpec cine_display = {
     .compression = 0.70, .range = 1.2, .contrast = 1.15, .brightness = 0.62};
 
-/// Logarithm, compression of dynamic range, window, shutters. Adjusted to one pose of the C-arm by the signal
-/// expected there without wire and contrast, so that the grey of the background does not follow the wire.
+/// Logarithm, compression of dynamic range, window, shutters. Where few quanta are expected the gain of the
+/// logarithm falls, so that noise never exceeds a quarter of what it acts on: otherwise it would be white
+/// salt in the darkest parts. Adjusted to one pose of the C-arm by the signal expected there without wire and
+/// contrast, so that the grey of the background does not follow the wire.
 class Display {
 public:
     /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam,
@@ -41,6 +43,7 @@ public:
 private:
     std::array<std::uint8_t, 1024> grey_{};  // over ln(signal) minus the reference, in equal steps
     Field reference_;                        // ln of the signal that is shown at `brightness`
+    Field lift_;                             // of the signal before its logarithm, where quanta are few
     Field open_;                             // transmission of the shutters, 0 to 1 [-]
 };
 

@@ -190,16 +190,50 @@ MeasuringField::MeasuringField(const Field& disc, const Field& thickness) : disc
     patient_alone_ = smooth_step(covered / disc_sum_ / enough);
 }
 
+namespace {
+
+/// Geometric mean of the values between two quantiles. It follows the values and their weights without jumps,
+/// as a quantile alone would not where values form two groups.
+double mean_between(std::span<const float> values, std::span<const float> weights, double from, double to) {
+    // A histogram of logarithms; each value shares its weight between two of its steps.
+    constexpr float lowest = -60.0f, per_step = 1.0f / 32;
+    constexpr std::size_t steps = 64 * 32;
+    std::vector<double> counted(steps + 1, 0.0);
+    double all = 0.0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (!(weights[i] > 0.0f)) continue;
+        const float place = std::clamp((std::log(std::max(values[i], 1e-30f)) - lowest) / per_step, 0.0f,
+                                       static_cast<float>(steps) - 0.001f);
+        const auto step = static_cast<std::size_t>(place);
+        const double above = static_cast<double>(weights[i]) * (place - static_cast<float>(step));
+        counted[step] += weights[i] - above;
+        counted[step + 1] += above;
+        all += weights[i];
+    }
+    double passed = 0.0, sum = 0.0;
+    for (std::size_t step = 0; step <= steps; ++step) {
+        const double first = std::max(passed, from * all);
+        passed += counted[step];
+        const double end = std::min(passed, to * all);
+        if (end > first) sum += (end - first) * (lowest + per_step * static_cast<float>(step));
+    }
+    return std::exp(sum / ((to - from) * all));
+}
+
+}  // namespace
+
 double MeasuringField::mean(std::span<const float> signal) const {
     assert(signal.size() == disc_.values.size());
     if (!(disc_sum_ > 0.0)) return 0.0;
-    double all = 0.0, patient = 0.0;
-    for (std::size_t i = 0; i < signal.size(); ++i) {
-        all += static_cast<double>(disc_.values[i]) * signal[i];
-        patient += static_cast<double>(patient_.values[i]) * signal[i];
-    }
+    double all = 0.0;
+    for (std::size_t i = 0; i < signal.size(); ++i) all += static_cast<double>(disc_.values[i]) * signal[i];
     all /= disc_sum_;
-    if (!(all > 0.0) || !(patient_sum_ > 0.0) || !(patient > 0.0)) return all;
+    if (!(all > 0.0) || !(patient_sum_ > 0.0)) return all;
+    const auto most = static_cast<float>(brightest * mean_between(signal, patient_.values, darkest, dark));
+    double patient = 0.0;
+    for (std::size_t i = 0; i < signal.size(); ++i)
+        patient += static_cast<double>(patient_.values[i]) * std::min(signal[i], most);
+    if (!(patient > 0.0)) return all;
     return all * std::exp(patient_alone_ * std::log(patient / patient_sum_ / all));
 }
 

@@ -101,8 +101,9 @@ private:
 /// A disc in the middle of the image, without what the collimator closes and without direct radiation: rays
 /// that pass beside the patient would otherwise decide, being some hundred times as bright. Both edges are
 /// soft, so that the exposure follows a moving arm without jumps. Parts that are much thinner than the rest,
-/// as a neck above shoulders, are left out in the same way. Where hardly anything of the patient is in the
-/// disc, the whole disc counts.
+/// as a neck above shoulders, are left out in the same way. Of the rest, bright parts, as the inner sides of
+/// two thighs, count as if they were hardly brighter than the dark ones. Where hardly anything of the patient
+/// is in the disc, the whole disc counts.
 class MeasuringField {
 public:
     /// Below `nothing` of soft tissue a ray counts as direct, above `body` as one through the patient [mm].
@@ -110,6 +111,9 @@ public:
     /// Of the mean thickness, in which thick parts count more: below the first a part does not count, above
     /// the second it does in full [-].
     static constexpr float thin = 0.3f, thick = 0.6f;
+    /// No part counts as brighter than `brightest` times the mean of the dark parts: what lies between these
+    /// two quantiles of the patient [-].
+    static constexpr double brightest = 2.0, darkest = 0.1, dark = 0.4;
     /// From this fraction of the disc on the patient alone is measured; below, both means count [-].
     static constexpr double enough = 0.25;
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "render/xray/detector.h"
+
 namespace {
 
 using render::Field;
@@ -15,6 +17,37 @@ TEST(Display, ShowsTheAverageSignalAtTheChosenGreyWhateverTheDose) {
                                       Field(128, 128, 1.0f));
         EXPECT_NEAR(display.show(even).pixels[64 * 128 + 64], 255.0 * spec.brightness, 2.0);
     }
+}
+
+TEST(Display, FewQuantaAreNoSaltAndManyAreShownAsEver) {
+    const int n = 128;
+    // Bone in the middle of a body, from many quanta to hardly any.
+    for (const float few : {0.1f, 1.0f, 4.0f, 12.0f}) {
+        Field expected(n, n, 200.0f);
+        const auto in_bone = [n](int i) {
+            return std::abs(i % n - n / 2) < n / 4 && std::abs(i / n - n / 2) < n / 4;
+        };
+        for (int i = 0; i < n * n; ++i)
+            if (in_bone(i)) expected.values[i] = few;
+        const render::Display display({}, expected, Field(n, n, 1.0f), Field(n, n, 1.0f), Field(n, n, 1.0f));
+        const render::GrayImage clean = display.show(expected),
+                                noisy = display.show(render::read_out(expected, 0.58, {}, 1, 1));
+        int salt = 0, pixels = 0;
+        for (int i = 0; i < n * n; ++i) {
+            if (!in_bone(i)) continue;
+            ++pixels;
+            salt += noisy.pixels[i] > clean.pixels[i] + 100;
+        }
+        EXPECT_LT(salt, 0.003 * pixels) << few << " quanta";
+        EXPECT_LT(clean.pixels[n / 2 * n + n / 2], clean.pixels[n * n / 2 + 5]) << "bone is darker still";
+    }
+    // A wire halves many quanta: by the curve alone.
+    const Field even(n, n, 24.0f);
+    const render::DisplaySpec spec;
+    const render::Display display(spec, even, Field(n, n, 1.0f), Field(n, n, 1.0f), Field(n, n, 1.0f));
+    const double curve =
+        1 / (1 + (1 - spec.brightness) / spec.brightness * std::exp(spec.contrast * std::log(2.0)));
+    EXPECT_NEAR(display.show(Field(n, n, 12.0f)).pixels[n * n / 2], 255 * curve, 2.0);
 }
 
 TEST(Display, MoreSignalIsBrighterAndNothingOverflows) {

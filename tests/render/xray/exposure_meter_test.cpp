@@ -1,5 +1,6 @@
 #include "render/xray/exposure_meter.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -81,6 +82,51 @@ TEST(MeasuringField, LeavesOutDirectRadiationAndFollowsWhatIsThere) {
         for (const float weight : field.weights().values) ASSERT_TRUE(weight >= 0.0f && weight <= 1.0f);
     }
     EXPECT_EQ(render::MeasuringField(Field(n, n), thickness).mean(signal.values), 0.0) << "nothing is open";
+}
+
+TEST(MeasuringField, BrightPartsOfThePatientDoNotDecide) {
+    const int n = 40;
+    // Half of the disc is ten to a thousand times as bright as the other, as between two thighs.
+    for (const float bright : {0.1f, 1.0f, 10.0f}) {
+        Field disc(n, n, 1.0f), thickness(n, n, 150.0f), signal(n, n, 0.01f);
+        for (int i = 0; i < n * n / 2; ++i) signal.values[i] = bright;
+        const render::MeasuringField field(disc, thickness);
+        EXPECT_LT(field.mean(signal.values), 0.016) << bright;
+        EXPECT_GT(field.mean(signal.values), 0.0099) << bright;
+    }
+    // The border between them moves over the disc, a pixel at a time and without a jump.
+    Field disc(n, n, 1.0f), thickness(n, n, 150.0f), signal(n, n, 0.1f);
+    double before = render::MeasuringField(disc, thickness).mean(signal.values);
+    EXPECT_NEAR(before, 0.1, 1e-4) << "one signal is its own mean";
+    for (int i = 0; i < n * n; ++i) {
+        signal.values[i] = 0.01f;
+        const double mean = render::MeasuringField(disc, thickness).mean(signal.values);
+        ASSERT_LE(mean, before * (1 + 1e-6));
+        ASSERT_GT(mean, 0.95 * before) << i;
+        before = mean;
+    }
+    EXPECT_NEAR(before, 0.01, 1e-5);
+}
+
+TEST(ExposureMeter, BetweenTwoThighsTheDetectorGetsEnoughBehindTheThighs) {
+    // The thinner inner sides, which meet in the middle of the image, are a dozen times as bright.
+    std::vector<TissueLayer> layers;
+    for (const double side : {-85.0, 85.0})
+        layers.push_back({"thigh", Material::SoftTissue, Material::Air,
+                          render::ellipsoid(Vec3(side, 0, 0), Vec3(84, 90, 400))});
+    render::Fluoroscope scope({}, layers);
+    const int n = 64;
+    const CArm between{.pixels = n}, beside{.isocentre = Vec3(85, 0, 0), .pixels = n};
+    const double nominal = 30.0 * render::quanta_per_dose_and_area * std::pow(300.0 / n, 2);
+    const Field quanta = scope.expected_quanta(between, {}, {});
+    std::vector<float> measured;
+    for (int i = 0; i < n * n; ++i)
+        if (scope.measuring_field(between).values[i] > 0.5f) measured.push_back(quanta.values[i]);
+    const auto quarter = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 4);
+    std::nth_element(measured.begin(), quarter, measured.end());
+    EXPECT_GT(*quarter, 0.5 * nominal);
+    const double here = scope.technique(between, {}).air_kerma, there = scope.technique(beside, {}).air_kerma;
+    EXPECT_GT(here, 0.4 * there);
 }
 
 TEST(ExposureMeter, GivesADoseThatIsFiniteAndFollowsSmallMovesAtAThousandPosesAndPatients) {
