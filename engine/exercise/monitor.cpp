@@ -25,6 +25,15 @@ constexpr double searched_fraction = 0.125;
 constexpr double least_found = 0.05;   // shift that is made [pixels]
 constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those before it, too
 
+/// From the last pulse at another place until the image is sharp [s].
+constexpr double settling = 0.3;
+
+bool same_place(render::CArm a, const render::CArm& b) {
+    a.opening_width = b.opening_width;
+    a.opening_height = b.opening_height;
+    return a == b;
+}
+
 }  // namespace
 
 Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluoroscope)) {}
@@ -34,7 +43,13 @@ void Monitor::take(Pulse pulse) {
     dose_.add(pulse.mode, technique);
 
     const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
+    if (!recent_.empty() && !same_place(recent_.back().pulse.arm, pulse.arm))
+        moved_ = recent_.back().pulse.time.seconds;
     if (moved || pulse.new_mask) subtraction_.reset();
+    // What is subtracted must be as sharp as what it is subtracted from.
+    const bool subtracts = pulse.mode == script::ImagingMode::Dsa ||
+                           (pulse.mode == script::ImagingMode::Roadmap && subtraction_);
+    pulse.exposure.stand_moves = !subtracts && moved_ && pulse.time.seconds - *moved_ < settling - 1e-9;
     if (moved || (!recent_.empty() && recent_.back().pulse.mode != pulse.mode)) recent_.clear();
     const double delivered = technique.delivered * pulse.exposure.detector_dose;
     recent_.push_back({std::move(pulse), delivered, {}});
@@ -156,6 +171,7 @@ void Monitor::store_reference() {
 
 void Monitor::clear() {
     recent_.clear();
+    moved_.reset();
     subtraction_.reset();
     image_.reset();
     reference_.reset();

@@ -42,7 +42,8 @@ struct Pulse {
 
 /// Live images mix each pulse with those before it (the lag of detector and noise filter), cine by the
 /// detector's lag alone; DSA subtracts the first pulse taken in that mode; a roadmap lays the vessels that
-/// DSA has shown under the live wire. Any change of C-arm, table or field clears all of this. The screens
+/// DSA has shown under the live wire. Any change of C-arm, table or field clears all of this. While C-arm or
+/// table move, and for a moment after, images that subtract nothing show a coarser patient. The screens
 /// depend on the pulses taken, not on which were displayed.
 class Monitor {
 public:
@@ -81,7 +82,7 @@ public:
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }
     /// The state, without what the fluoroscope can make again from the pulses.
     void state(geometry::StateStream& s) {
-        s(recent_, subtraction_, reference_, dose_);
+        s(recent_, moved_, subtraction_, reference_, dose_);
         if (s.restores()) image_.reset();
     }
 
@@ -102,7 +103,8 @@ private:
     const render::Field& with_lag(float dose);
 
     render::Fluoroscope fluoroscope_;
-    std::deque<Recent> recent_;  // all of the same pose and mode
+    std::deque<Recent> recent_;    // all of the same pose and mode
+    std::optional<double> moved_;  // time of the last pulse at another place of C-arm and table [s]
     std::optional<render::Subtraction> subtraction_;
     render::Field mixed_;  // scratch of with_lag
     std::optional<render::GrayImage> image_, reference_;

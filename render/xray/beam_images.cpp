@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "render/picture/fast_math.h"
+#include "render/picture/filter.h"
 #include "render/xray/exposure_meter.h"
 
 namespace render {
@@ -170,6 +171,50 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
     result.weights = field.weights();
     const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
     result.gain = mean > 0.0 ? quanta / mean : 0.0;
+    return result;
+}
+
+BeamImages enlarged(const BeamImages& from, int factor, const PlaneImages& plane, Field scatter) {
+    const int pixels = plane.arm.pixels, few = pixels / factor;
+    BeamImages result;
+    result.bins = from.bins;
+    result.kvp = from.kvp;
+    result.gain = from.gain / (factor * factor);
+    result.weights = enlarge(from.weights, factor, pixels, pixels);
+    result.scatter = std::move(scatter);
+    for (std::size_t i = 0; i < result.scatter.values.size(); ++i)
+        result.scatter.values[i] *= plane.flat.values[i];
+    result.primary.resize(static_cast<std::size_t>(pixels) * pixels);
+    // Which two of the few pixels a pixel lies between, and how far from the first.
+    struct Place {
+        int first, second;
+        float fraction;
+    };
+    std::vector<Place> places;
+    for (int i = 0; i < pixels; ++i) {
+        const float at = (static_cast<float>(i) + 0.5f) / static_cast<float>(factor) - 0.5f;
+        const int below = static_cast<int>(std::floor(at));
+        places.push_back({std::max(below, 0), std::min(below + 1, few - 1), at - static_cast<float>(below)});
+    }
+    const auto between = [](const PixelBins& a, const PixelBins& b, float fraction) {
+        PixelBins mixed;
+        for (int k = 0; k < energy_bins; ++k) mixed[k] = a[k] + fraction * (b[k] - a[k]);
+        return mixed;
+    };
+    std::vector<PixelBins> row(static_cast<std::size_t>(few));
+    for (int j = 0; j < pixels; ++j) {
+        const Place& down = places[static_cast<std::size_t>(j)];
+        const PixelBins* const above = &from.primary[static_cast<std::size_t>(down.first) * few];
+        const PixelBins* const under = &from.primary[static_cast<std::size_t>(down.second) * few];
+        for (int i = 0; i < few; ++i)
+            row[static_cast<std::size_t>(i)] = between(above[i], under[i], down.fraction);
+        PixelBins* const to = &result.primary[static_cast<std::size_t>(j) * pixels];
+        for (int i = 0; i < pixels; ++i) {
+            const Place& across = places[static_cast<std::size_t>(i)];
+            to[i] = between(row[static_cast<std::size_t>(across.first)],
+                            row[static_cast<std::size_t>(across.second)], across.fraction);
+        }
+    }
     return result;
 }
 

@@ -74,6 +74,9 @@ void add_length(std::vector<Mixture>&, Material material, Material inside, const
 /// Images at a voltage [kV]; `scatter`: relative to the open beam in its middle.
 BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, Field scatter);
 
+/// Those of a plane with `factor` times as many pixels on a side, bilinear; `scatter` as there.
+BeamImages enlarged(const BeamImages&, int factor, const PlaneImages&, Field scatter);
+
 /// μ of the mixture's material minus that of its surroundings [1/mm].
 PixelBins change_of(const Mixture&, const EnergyBins&);
 

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
+#include "physics/geometry/parallel.h"
 #include "render/picture/fast_math.h"
 #include "render/picture/filter.h"
 #include "render/xray/scatter.h"
@@ -32,6 +35,10 @@ double open_kerma(const Spectrum& spectrum) {
     return sum;
 }
 
+int processors() {
+    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+}
+
 /// The open part of the field, with room for the shutters' soft edge.
 CArm around_the_opening(CArm arm, int places) {
     constexpr double margin = 1.1;
@@ -44,9 +51,12 @@ CArm around_the_opening(CArm arm, int places) {
 }  // namespace
 
 MeteredLayers::MeteredLayers(std::span<const TissueLayer> layers) : count_(layers.size()) {
-    for (const TissueLayer& layer : layers)
+    for (std::size_t number = 0; number < layers.size(); ++number) {
+        const TissueLayer& layer = layers[number];
         if (layer.material != layer.inside)
-            layers_.push_back({layer.material, layer.inside, meshes_.add(layer.mesh)});
+            layers_.push_back(
+                {layer.material, layer.inside, meshes_.add(layer.mesh), static_cast<int>(number)});
+    }
 }
 
 ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers,
@@ -61,22 +71,7 @@ void ExposureMeter::move_to(const CArm& arm) {
     Pose& pose = pose_.emplace();
     pose.arm = arm;
     pose.coarse = around_the_opening(arm, places);
-    const Field nothing(places, places);
-    for (const auto& some : layers_) {
-        for (const MeteredLayers::Layer& layer : some->layers_) {
-            auto mixture = std::find_if(pose.mixtures.begin(), pose.mixtures.end(), [&](const Mixture& m) {
-                return m.material == layer.material && m.inside == layer.inside;
-            });
-            if (mixture == pose.mixtures.end())
-                mixture = pose.mixtures.insert(mixture, {layer.material, layer.inside, nothing});
-            some->meshes_.accumulate(layer.mesh, pose.coarse, mixture->length);
-        }
-    }
-    for (const VolumeRayCaster& volume : volumes_) {
-        const std::vector<Field> lengths = volume.every_length(pose.coarse);
-        for (std::size_t p = 0; p < lengths.size(); ++p)
-            add_length(pose.mixtures, volume.parts()[p].material, volume.parts()[p].inside, lengths[p]);
-    }
+    pose.mixtures = lengths(pose.coarse, {}, {});
     pose.thickness = scattering_thickness(pose.mixtures, places);
     pose.open = shutters(config_.display, pose.coarse);
     pose.measured = measuring_disc(pose.coarse, config_.measuring_radius * arm.detector_width);
@@ -119,7 +114,11 @@ const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {
     const MeasuringField field(pose_->measured, pose_->thickness);
     const double passed = field.mean(signal), kerma_passed = field.mean(kerma);
     const auto kerma_of_scatter = static_cast<float>(passed > 0.0 ? kerma_passed / passed : 0.0);
-    for (std::size_t i = 0; i < kerma.size(); ++i) kerma[i] += kerma_of_scatter * result.scatter.values[i];
+    for (std::size_t i = 0; i < kerma.size(); ++i) {
+        kerma[i] += kerma_of_scatter * result.scatter.values[i];
+        signal[i] += result.scatter.values[i];
+    }
+    result.measured = field.mean(signal);
     // Never zero: through metres of bone the tube reaches its limit long before.
     const double transmitted = std::max(field.mean(kerma), 1e-20);
     const double metres = 1e-3 * pose_->arm.sid;
@@ -127,6 +126,41 @@ const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {
     result.charge_per_dose =
         open_kerma(spectrum) / transmitted * metres * metres / (kerma_per_charge(kvp) * nGy_per_mGy);
     return result;
+}
+
+std::vector<Mixture> ExposureMeter::lengths(const CArm& arm, std::span<const TissueLayer> layers,
+                                            const MoverFractions& fractions) const {
+    struct Drawn {
+        const MeteredLayers* of;
+        MeteredLayers::Layer layer;
+        const TissueLayer* tissue;  // null: at rest and without texture
+        Field length;
+    };
+    std::vector<Drawn> drawn;
+    std::size_t before = 0;
+    for (const auto& some : layers_) {
+        for (const MeteredLayers::Layer& layer : some->layers_) {
+            const std::size_t number = before + static_cast<std::size_t>(layer.number);
+            drawn.push_back({some.get(), layer, layers.empty() ? nullptr : &layers[number], {}});
+        }
+        before += some->count();
+    }
+    geometry::for_each_index(static_cast<int>(drawn.size()), processors(), [&](int i) {
+        Drawn& one = drawn[static_cast<std::size_t>(i)];
+        one.length = Field(arm.pixels, arm.pixels);
+        CoarseLengths::Moves moves;
+        if (one.tissue) moves = {{one.tissue->breath, one.tissue->beat, one.tissue->drift}, fractions};
+        one.of->meshes_.accumulate(one.layer.mesh, arm, one.length, moves);
+        if (one.tissue) add_lengths(one.tissue->texture_blobs, arm, one.length);
+    });
+    std::vector<Mixture> mixtures;
+    for (const Drawn& one : drawn) add_length(mixtures, one.layer.material, one.layer.inside, one.length);
+    for (const VolumeRayCaster& volume : volumes_) {
+        const std::vector<Field> through = volume.every_length(arm);
+        for (std::size_t p = 0; p < through.size(); ++p)
+            add_length(mixtures, volume.parts()[p].material, volume.parts()[p].inside, through[p]);
+    }
+    return mixtures;
 }
 
 double ExposureMeter::voltage(const CArm& arm, const std::optional<double>& kvp) {
@@ -137,6 +171,11 @@ double ExposureMeter::voltage(const CArm& arm, const std::optional<double>& kvp)
         pose_->automatic =
             automatic_exposure([&](double kv) { return usual_dose * beam(kv).charge_per_dose; }).kvp;
     return *pose_->automatic;
+}
+
+double ExposureMeter::measured(const CArm& arm, double kvp) {
+    move_to(arm);
+    return beam(kvp).measured;
 }
 
 Field ExposureMeter::scatter(const CArm& arm, double kvp) {
@@ -265,65 +304,96 @@ int CoarseLengths::add(const geometry::TriangleMesh& mesh) {
 
 namespace {
 
-/// A corner as the camera sees it: right, up, depth from the source [mm], and its place in the image.
+/// The pixels whose centres may lie under a corner, from left and top to right and bottom, the latter two
+/// negative: the least of three corners' bounds are those of their triangle.
+using Bounds = std::int32_t __attribute__((vector_size(16)));
+
+/// A corner as the camera sees it: right, up, depth from the source [mm].
 struct Corner {
     Vec3 place;
-    double x, y;  // [pixels]; meaningless unless the corner is before the source
+    Bounds bounds;
 };
 
-/// Which side of the plane through source, a and b the ray points to. Two triangles that share the edge get
-/// opposite answers, also for a ray through the edge itself, so that no ray slips between them.
-bool is_left(const Vec3& ray, const Vec3& a, const Vec3& b) {
-    const double side = ray.dot(a.cross(b));
-    if (side != 0.0) return side > 0.0;
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-}
+/// The side of the plane through the source and an edge from a to b, at rays (x, y, 1).
+struct EdgePlane {
+    Vec3 normal;
+    bool ascends;
+
+    EdgePlane(const Vec3& a, const Vec3& b)
+        : normal(a.cross(b)),
+          ascends(std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3)) {}
+    double of_row(double y) const { return normal.y() * y + normal.z(); }
+    /// Which side the ray points to. Two triangles that share the edge get opposite answers, also for a ray
+    /// through the edge itself, so that no ray slips between them.
+    bool has_left(double x, double row) const {
+        const double side = normal.x() * x + row;
+        return side != 0.0 ? side > 0.0 : ascends;
+    }
+};
 
 }  // namespace
 
-void CoarseLengths::accumulate(int mesh, const CArm& arm, Field& sum) const {
+void CoarseLengths::accumulate(int mesh, const CArm& arm, Field& sum, const Moves& moves) const {
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
     const Mesh& drawn = meshes_.at(static_cast<std::size_t>(mesh));
     const ArmAxes a = axes(arm);
     const double step = pixel_width(arm) / arm.sid, middle = 0.5 * pixels;
     constexpr double nearest = 1.0;  // depth at which a corner still has a place in the image [mm]
-    std::vector<Corner> corners;
-    corners.reserve(drawn.vertices.size());
-    for (const auto& v : drawn.vertices) {
-        const Vec3 from = Vec3(v[0], v[1], v[2]) - arm.isocentre;
-        const Vec3 place(a.right.dot(from), a.up.dot(from), arm.sod + a.beam.dot(from));
-        const double scale = 1.0 / (step * std::max(place.z(), nearest));
-        corners.push_back({place, middle + scale * place.x(), middle - scale * place.y()});
-    }
-
-    std::vector<double> depths(sum.values.size(), 0.0);
-    std::vector<int> balance(sum.values.size(), 0);
     // Pixel centres stand at halves. The slack covers rounding; which of them a triangle covers is decided
     // below.
     constexpr double slack = 1e-6;
     const auto first = [&](double low) {
-        return static_cast<int>(std::clamp(std::ceil(low - 0.5 - slack), 0.0, double(pixels)));
+        const double from = low - 0.5 - slack;
+        if (!(from > 0.0)) return 0;
+        if (from >= pixels) return pixels;
+        const int below = static_cast<int>(from);
+        return below + (from > below);
     };
     const auto last = [&](double high) {
-        return static_cast<int>(std::clamp(std::floor(high - 0.5 + slack), -1.0, pixels - 1.0));
+        const double to = high - 0.5 + slack;
+        if (!(to >= 0.0)) return -1;
+        return to >= pixels - 1.0 ? pixels - 1 : static_cast<int>(to);
     };
+    std::vector<Corner> corners;
+    corners.reserve(drawn.vertices.size());
+    for (std::size_t i = 0; i < drawn.vertices.size(); ++i) {
+        const auto& v = drawn.vertices[i];
+        Vec3 from = Vec3(v[0], v[1], v[2]) - arm.isocentre;
+        for (int m = 0; m < movers; ++m)
+            if (moves.fractions[m] > 0.0 && !moves.of[m].empty())
+                from += moves.fractions[m] * moves.of[m][i].cast<double>();
+        const Vec3 place(a.right.dot(from), a.up.dot(from), arm.sod + a.beam.dot(from));
+        // A triangle that reaches toward the source may cover any pixel.
+        Bounds bounds = {0, 0, 1 - pixels, 1 - pixels};
+        if (place.z() > nearest) {
+            const double scale = 1.0 / (step * place.z()), x = middle + scale * place.x(),
+                         y = middle - scale * place.y();
+            bounds = Bounds{first(x), first(y), -last(x), -last(y)};
+        }
+        corners.push_back({place, bounds});
+    }
+
+    std::vector<double> depths(sum.values.size(), 0.0);
+    std::vector<int> balance(sum.values.size(), 0);
+    const auto least = [](const Bounds& one, const Bounds& other) { return one < other ? one : other; };
     for (const auto& triangle : drawn.triangles) {
         const Corner &p = corners[triangle[0]], &q = corners[triangle[1]], &r = corners[triangle[2]];
-        int left = 0, right = pixels - 1, top = 0, bottom = pixels - 1;
-        if (std::min({p.place.z(), q.place.z(), r.place.z()}) > nearest) {
-            left = first(std::min({p.x, q.x, r.x})), right = last(std::max({p.x, q.x, r.x}));
-            top = first(std::min({p.y, q.y, r.y})), bottom = last(std::max({p.y, q.y, r.y}));
-        }
+        const Bounds bounds = least(least(p.bounds, q.bounds), r.bounds);
+        const int left = bounds[0], top = bounds[1], right = -bounds[2], bottom = -bounds[3];
         if (left > right || top > bottom) continue;
         const Vec3 normal = (q.place - p.place).cross(r.place - p.place);
         const double level = normal.dot(p.place);
+        const EdgePlane pq(p.place, q.place), qr(q.place, r.place), rp(r.place, p.place);
         for (int j = top; j <= bottom; ++j) {
+            const double y = (middle - j - 0.5) * step;
+            const double pq_row = pq.of_row(y), qr_row = qr.of_row(y), rp_row = rp.of_row(y),
+                         normal_row = normal.y() * y + normal.z();
             for (int i = left; i <= right; ++i) {
-                const Vec3 ray((i + 0.5 - middle) * step, (middle - j - 0.5) * step, 1.0);
-                const bool one = is_left(ray, p.place, q.place);
-                if (one != is_left(ray, q.place, r.place) || one != is_left(ray, r.place, p.place)) continue;
-                const double slope = normal.dot(ray);
+                const double x = (i + 0.5 - middle) * step;
+                const bool one = pq.has_left(x, pq_row);
+                if (one != qr.has_left(x, qr_row) || one != rp.has_left(x, rp_row)) continue;
+                const double slope = normal.x() * x + normal_row;
                 const double depth = slope != 0.0 ? level / slope : p.place.z();
                 if (!(depth > 0.0)) continue;
                 const std::size_t pixel = static_cast<std::size_t>(j) * pixels + i;

@@ -24,9 +24,15 @@ public:
     /// triangle with a vertex that does not exist.
     int add(const geometry::TriangleMesh&);
 
+    /// Displacements of a mesh's vertices, each one for every vertex or none [mm], and the fractions of them.
+    struct Moves {
+        std::array<std::span<const Eigen::Vector3f>, movers> of;
+        MoverFractions fractions{};
+    };
     /// Adds the length of each pixel's ray inside the mesh to `sum` [mm], arm.pixels squared. A ray that
     /// enters and leaves unequally often, as where the mesh reaches behind the source, adds nothing.
-    void accumulate(int mesh, const CArm&, Field& sum) const;
+    void accumulate(int mesh, const CArm& arm, Field& sum) const { accumulate(mesh, arm, sum, {}); }
+    void accumulate(int mesh, const CArm&, Field& sum, const Moves&) const;
 
 private:
     struct Mesh {
@@ -50,7 +56,7 @@ private:
     friend class ExposureMeter;
     struct Layer {
         Material material, inside;
-        int mesh;
+        int mesh, number;  // the latter among all the layers
     };
     std::size_t count_;
     std::vector<Layer> layers_;
@@ -74,12 +80,22 @@ public:
     /// Scatter at that voltage on every pixel of the arm's image, relative to the open beam in its middle.
     Field scatter(const CArm&, double kvp);
 
+    /// What passes to the detector in the measuring field, with scatter, relative to the open beam there.
+    double measured(const CArm&, double kvp);
+
+    /// Lengths through layers and volumes, made by all processors without OpenGL. `layers`: all that the
+    /// meter was made with, for their displacements, of which they have these fractions, and their texture;
+    /// none: without these.
+    std::vector<Mixture> lengths(const CArm&, std::span<const TissueLayer> layers,
+                                 const MoverFractions&) const;
+
 private:
     static constexpr int places = 48;  // rays along either side of the open part of the field
 
     struct Beam {
         Field scatter;                 // of the coarse image, relative to the open beam
         double charge_per_dose = 0.0;  // [mAs/nGy]
+        double measured = 0.0;
     };
     struct Pose {
         CArm arm;     // as asked for

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "render/picture/fast_math.h"
+#include "render/picture/filter.h"
 #include "render/xray/beam_images.h"
 #include "render/xray/contrast.h"
 #include "render/xray/exposure_meter.h"
@@ -151,6 +152,19 @@ private:
     std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
 };
 
+/// What lies around vessels and devices while the stand moves, at one moment of breath and heartbeat.
+struct CoarsePose {
+    PoseImages images;
+    int factor = 1;  // of fewer pixels on a side
+    MoverFractions moment{};
+};
+
+/// How many times fewer rays on a side are cast while the stand moves: about 256 remain.
+int coarser_by(int pixels) {
+    const int factor = (pixels + 128) / 256;
+    return factor > 1 && pixels % factor == 0 ? factor : 1;
+}
+
 std::vector<VolumeRayCaster> ray_casters_of(std::vector<DensityVolume> volumes) {
     std::vector<VolumeRayCaster> ray_casters;
     for (DensityVolume& volume : volumes) ray_casters.emplace_back(std::move(volume));
@@ -192,9 +206,10 @@ struct Fluoroscope::State {
     std::vector<VolumeRayCaster> volumes;
     VolumeImages volume_images;
     WireImage wire;
-    std::optional<PlaneImages> plane;
+    std::optional<PlaneImages> plane, coarse_plane;
     std::optional<PoseImages> pose;
-    std::map<double, BeamImages> beams;                   // of the pose, by requested voltage; 0 = automatic
+    std::optional<CoarsePose> coarse;    // of the pose while the stand moves; its mixtures are here alone
+    std::map<double, BeamImages> beams;  // of the pose, by requested voltage; 0 = automatic
     std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
     std::optional<OrganPhases> phases;                    // of the pose; made with the layers
     ImageTruth truth;
@@ -207,7 +222,7 @@ struct Fluoroscope::State {
           meter(chosen, around.subspan(known ? known->count() : 0), through, known),
           volumes(std::move(through)) {}
 
-    void move_to(const CArm&);
+    void move_to(const CArm&, const Exposure&);
     MovedVessels move_vessels(std::span<const Eigen::Vector3f> of_nodes);
     const BeamImages& beam(const std::optional<double>& kvp);
     BareImage& bare_image(const Exposure&);
@@ -233,24 +248,58 @@ MovedVessels Fluoroscope::State::move_vessels(std::span<const Eigen::Vector3f> o
     return {renderer, vessels, moves};
 }
 
-void Fluoroscope::State::move_to(const CArm& arm) {
-    if (pose && pose->arm == arm) return;
+void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
+    const int factor = exposure.stand_moves && vessels ? coarser_by(arm.pixels) : 1;
+    const MoverFractions moment = {exposure.breath, exposure.beat, exposure.drift};
+    if (pose && pose->arm == arm && (factor == 1 ? !coarse : coarse && coarse->moment == moment)) return;
     move_vessels({});
     beams.clear();
     bare.clear();
     phases->clear();
+    coarse.reset();
     if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
-    pose = pose_images(renderer, layers, vessels.has_value(), arm);
-    volume_images.add_to(*pose, volumes);
+    if (factor == 1) {
+        pose = pose_images(renderer, layers, vessels.has_value(), arm);
+        volume_images.add_to(*pose, volumes);
+        return;
+    }
+    if (!pose || !(pose->arm == arm)) {
+        pose.emplace();
+        pose->arm = arm;
+    }
+    pose->mixtures.clear();
+    pose->organs.clear();
+    CArm few = arm;
+    few.pixels /= factor;
+    if (!coarse_plane || !same_plane(coarse_plane->arm, few)) coarse_plane = plane_images(config, few);
+    coarse.emplace();
+    coarse->factor = factor;
+    coarse->moment = moment;
+    coarse->images.arm = few;
+    coarse->images.mixtures = meter.lengths(few, layers, moment);
 }
 
 const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     const auto [place, is_new] = beams.try_emplace(kvp.value_or(0.0));
-    if (is_new) {
-        const double voltage = meter.voltage(pose->arm, kvp);
-        place->second = beam_images(*plane, *pose, voltage, meter.scatter(pose->arm, voltage));
+    if (!is_new) return place->second;
+    const double voltage = meter.voltage(pose->arm, kvp);
+    Field scatter = meter.scatter(pose->arm, voltage);
+    if (!coarse) return place->second = beam_images(*plane, *pose, voltage, std::move(scatter));
+    const PoseImages& few = coarse->images;
+    const BeamImages of_few = beam_images(
+        *coarse_plane, few, voltage, stretched(scatter, static_cast<double>(coarse->factor), few.arm.pixels));
+    BeamImages& made = place->second = enlarged(of_few, coarse->factor, *plane, std::move(scatter));
+    // Exposure is measured at rest, not at the moment of breath and heartbeat.
+    double flat = 0.0, disc = 0.0;
+    for (std::size_t i = 0; i < plane->flat.values.size(); ++i) {
+        const float here = plane->measured.values[i] * plane->open.values[i];
+        flat += static_cast<double>(here) * plane->flat.values[i];
+        disc += here;
     }
-    return place->second;
+    const double passes = meter.measured(pose->arm, voltage), width = pixel_width(pose->arm);
+    if (disc > 0.0 && passes > 0.0)
+        made.gain = quanta_per_dose_and_area * width * width / (passes * flat / disc);
+    return made;
 }
 
 BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
@@ -279,8 +328,18 @@ const Display& Fluoroscope::State::display(const Exposure& exposure) {
 }
 
 void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const OrganMoment& organs) {
-    const auto found = pose->organs.find(organ.layer);
-    if (found == pose->organs.end() || !(organ.iodine > 0.0)) return;
+    if (!(organ.iodine > 0.0)) return;
+    auto found = pose->organs.find(organ.layer);
+    if (coarse && found == pose->organs.end() && organ.layer >= 0 &&
+        organ.layer < static_cast<int>(layers.size())) {
+        const auto& [breath, beat, drift] = coarse->moment;
+        found =
+            pose->organs
+                .emplace(organ.layer,
+                         SparseLength(renderer.render(organ.layer, pose->arm, {breath, beat, drift}).length))
+                .first;
+    }
+    if (found == pose->organs.end()) return;
     const auto concentration = static_cast<float>(organ.iodine);
     if (!organs.dissolve_in(organ.layer, concentration, iodine, iodine_pixels))
         dissolve_in(found->second, concentration);
@@ -409,11 +468,12 @@ void move_organs_in(Field& expected, const OrganMoment& organs, const BeamImages
 Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
     require_usable(arm, exposure);
     State& state = *state_;
-    state.move_to(arm);
+    state.move_to(arm, exposure);
     const BareImage& bare = state.bare_image(exposure);
     const BeamImages& beam = state.beam(exposure.kvp);
     Field expected = bare.expected;
-    const OrganMoment organs = state.phases->moment(exposure, beam, state.posed());
+    const OrganMoment organs =
+        state.coarse ? OrganMoment() : state.phases->moment(exposure, beam, state.posed());
     if (!organs.at_rest()) move_organs_in(expected, organs, beam, bare.scale);
     const std::vector<PixelBins>& primary = organs.at_rest() ? beam.primary : organs.still();
 
@@ -473,7 +533,7 @@ Field Fluoroscope::read(const CArm& arm, const SeenDevices& devices, const Expos
 
 const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
-    state_->move_to(arm);
+    state_->move_to(arm, exposure);
     return state_->display(exposure);
 }
 
@@ -484,13 +544,13 @@ GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const
 
 bool Fluoroscope::draw_ahead(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
-    return state_->pose && state_->pose->arm == arm &&
+    return state_->pose && state_->pose->arm == arm && !state_->coarse &&
            state_->phases->draw_ahead(exposure, state_->beam(exposure.kvp), state_->posed());
 }
 
 Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
-    state_->move_to(arm);
+    state_->move_to(arm, exposure);
     const BeamImages& at = state_->beam(exposure.kvp);
     Field open = state_->plane->flat;
     for (float& value : open.values) value *= static_cast<float>(at.gain);

@@ -1,6 +1,7 @@
 #pragma once
 /// The imaging chain: from anatomy, devices and exposure to a frame.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -42,6 +43,12 @@ struct TissueLayer {
     std::vector<TextureBlob> texture_blobs = {};
     bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
+
+/// What displaces the vertices of layers.
+enum Mover { Breath, Beat, Drift };
+inline constexpr int movers = 3;
+/// Of each mover the fraction of its displacements, 0 to 1.
+using MoverFractions = std::array<double, movers>;
 
 struct FluoroscopeConfig {
     WireLook wire;  // of a SeenDevice without a look of its own
@@ -92,10 +99,14 @@ struct Exposure {
     /// Fraction of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
     double breath = 0.0, beat = 0.0, drift = 0.0;
     GreyCurve curve = GreyCurve::Fluoroscopy;  // of the image
+    /// Whether C-arm or table move: what lies around vessels and devices is then drawn with fewer rays, so
+    /// that a new pose in every pulse takes no longer than the pulses are apart.
+    bool stand_moves = false;
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds, curve);
+          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds, curve,
+          stand_moves);
         s.unless_empty(lumen_moves);
     }
 };

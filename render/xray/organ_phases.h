@@ -18,11 +18,6 @@
 
 namespace render {
 
-enum Mover { Breath, Beat, Drift };
-inline constexpr int movers = 3;
-/// Of each mover the fraction of its displacements, 0 to 1.
-using MoverFractions = std::array<double, movers>;
-
 /// Displacements of layers in the image of an arm: at each node of a coarse grid, those of what is seen
 /// edge-on there, for outlines are what moves visibly. Between outlines they are continued smoothly.
 class OrganFlow {
