@@ -1,6 +1,7 @@
 #include "engine/patient/ct_patient.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fmt/format.h>
 #include <fstream>
@@ -71,7 +72,60 @@ void crop(CtImage& ct) {
     ct.grid = box.grid;
 }
 
-constexpr std::uint64_t prepared_version = 2;  // to be raised when preparing gives other samples
+/// Carries on the last slice of a body that the scan cuts off toward head or feet, and lets it fade: an image
+/// that reaches beyond the scan would have an edge as bright as air there.
+void continue_beyond(CtImage& ct) {
+    constexpr double whole = 40, faded = 120;  // from the last slice on [mm]
+    constexpr double least_area = 1000;        // of the body in that slice [mm²]
+    constexpr std::int16_t body = -300;
+    const std::array<int, 3> size = ct.grid.size;
+    int along = 0;
+    for (int a = 1; a < 3; ++a) {
+        const auto upright = [&](int axis) { return std::abs(ct.grid.steps[axis].normalized().z()); };
+        if (upright(a) > upright(along)) along = a;
+    }
+    const double step = ct.grid.steps[along].norm();
+    const double area = ct.grid.steps[(along + 1) % 3].cross(ct.grid.steps[(along + 2) % 3]).norm();
+    double in_first = 0, in_last = 0;
+    for (int k = 0; k < size[2]; ++k)
+        for (int j = 0; j < size[1]; ++j)
+            for (int i = 0; i < size[0]; ++i) {
+                const int place = std::array{i, j, k}[along];
+                if (place != 0 && place != size[along] - 1) continue;
+                if (ct.hu[ct.grid.index(i, j, k)] <= body) continue;
+                if (place == 0) in_first += area;
+                if (place == size[along] - 1) in_last += area;
+            }
+    const int more = static_cast<int>(std::ceil(faded / step)), before = in_first >= least_area ? more : 0,
+              after = in_last >= least_area ? more : 0;
+    CtImage longer;
+    longer.grid = ct.grid;
+    longer.grid.size[along] += before + after;
+    longer.grid.origin -= before * ct.grid.steps[along];
+    if (before + after == 0 || longer.grid.size[along] > 32768 || longer.grid.count() > most_samples) return;
+    longer.hu.resize(longer.grid.count());
+    std::vector<float> weights;
+    for (int place = 0; place < longer.grid.size[along]; ++place) {
+        const double away = step * std::max({before - place, place - before - size[along] + 1, 0});
+        const double gone = std::clamp((away - whole) / (faded - whole), 0.0, 1.0);
+        weights.push_back(static_cast<float>(1 - gone * gone * (3 - 2 * gone)));
+    }
+    for (int k = 0; k < longer.grid.size[2]; ++k)
+        for (int j = 0; j < longer.grid.size[1]; ++j)
+            for (int i = 0; i < longer.grid.size[0]; ++i) {
+                std::array<int, 3> from = {i, j, k};
+                const float weight = weights[static_cast<std::size_t>(from[along])];
+                from[along] = std::clamp(from[along] - before, 0, size[along] - 1);
+                const int hu = ct.hu[ct.grid.index(from[0], from[1], from[2])];
+                longer.hu[longer.grid.index(i, j, k)] =
+                    weight == 1
+                        ? static_cast<std::int16_t>(hu)
+                        : static_cast<std::int16_t>(std::lround(air + weight * static_cast<float>(hu - air)));
+            }
+    ct = std::move(longer);
+}
+
+constexpr std::uint64_t prepared_version = 3;  // to be raised when preparing gives other samples
 
 std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMesh& lumen) {
     geometry::Hash hash;
@@ -162,6 +216,7 @@ CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen,
     // Noise below air, or what a scanner writes outside its field of view, is air.
     for (std::int16_t& hu : ct.hu) hu = std::max(hu, air);
     crop(ct);
+    continue_beyond(ct);
     interpolate_means(ct);
     return ct;
 }

@@ -9,9 +9,10 @@
 
 namespace patient {
 
-/// The CT as a volume of materials in air, in the anatomy's coordinates, cropped to the body: without the
-/// table, and with blood in place of the contrast in `lumen` (closed) unless it is to be kept. Preparing
-/// takes seconds; the result is kept in the cache. Throws InputError.
+/// The CT as a volume of materials in air, in the anatomy's coordinates, cropped to the body, whose last
+/// slice is carried on for 120 mm, fading, where the scan cuts it off toward head or feet: without the table,
+/// and with blood in place of the contrast in `lumen` (closed) unless it is to be kept. Preparing takes
+/// seconds; the result is kept in the cache. Throws InputError.
 render::DensityVolume ct_volume(const PatientFiles&, const geometry::TriangleMesh& lumen,
                                 const anatomy::ModelCache& = {});
 

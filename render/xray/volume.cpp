@@ -56,6 +56,9 @@ std::vector<std::string> problems(const DensityVolume& volume) {
 
 namespace {
 
+/// Samples this far apart are some pixels of an image apart [mm].
+constexpr double smooth_from = 1.2;
+
 constexpr int lanes = 4;  // parts that are integrated at once
 using Fractions = float __attribute__((vector_size(lanes * sizeof(float))));
 
@@ -126,7 +129,12 @@ struct VolumeRayCaster::State {
     std::array<std::ptrdiff_t, 3> strides{};
 
     void find_occupied();
+    std::array<bool, 3> smooth{};  // between samples along an axis: see DensityVolume
+
     Fractions integral(const std::vector<Fractions>&, const LayerRay&) const;
+    template <bool SmoothU, bool SmoothV>
+    Fractions integral_by(const std::vector<Fractions>&, const LayerRay&) const;
+    template <bool SmoothU, bool SmoothV>
     Fractions near_edge(const std::vector<Fractions>&, const LayerRay&, IndexRange) const;
     std::vector<Field> cast(const CArm&) const;
 };
@@ -154,6 +162,8 @@ VolumeRayCaster::VolumeRayCaster(DensityVolume volume, int threads) {
                     static_cast<float>(fraction_at(own.parts[p], static_cast<double>(s) + *low));
         }
     }
+    for (int axis = 0; axis < 3; ++axis)
+        state->smooth[static_cast<std::size_t>(axis)] = own.grid.steps[axis].norm() >= smooth_from;
     state->find_occupied();
     state_ = std::move(state);
 }
@@ -200,62 +210,117 @@ void VolumeRayCaster::State::find_occupied() {
     }
 }
 
-/// The layers at which some of the four samples lie outside the box; those count as 0.
+namespace {
+
+/// The samples that count at a place between them, from the first on, and their weights: two linear ones, or
+/// the three of a quadratic B-spline.
+template <bool Smooth>
+struct Taps {
+    static constexpr int count = Smooth ? 3 : 2;
+    /// The first and last places at which none of them lies outside samples 0 to n − 1 are `inset` and
+    /// n − 1 − inset.
+    static constexpr double inset = Smooth ? 0.5 : 0.0;
+    static constexpr double reach = Smooth ? 1.5 : 1.0;  // farther samples do not count
+
+    int first;
+    std::array<float, count> weights;
+
+    explicit Taps(double place) {
+        if constexpr (Smooth) {
+            const int middle = static_cast<int>(std::floor(place + 0.5));
+            const auto t = static_cast<float>(place - middle);  // −0.5 to 0.5
+            first = middle - 1;
+            weights = {0.5f * (0.5f - t) * (0.5f - t), 0.75f - t * t, 0.5f * (0.5f + t) * (0.5f + t)};
+        } else {
+            first = static_cast<int>(std::floor(place));
+            const auto t = static_cast<float>(place - first);
+            weights = {1.0f - t, t};
+        }
+    }
+};
+
+}  // namespace
+
+/// The layers at which some of the samples lie outside the box; those count as 0.
+template <bool SmoothU, bool SmoothV>
 Fractions VolumeRayCaster::State::near_edge(const std::vector<Fractions>& table, const LayerRay& ray,
                                             IndexRange layers) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
     Fractions sum{};
     for (int n = layers.first; n < layers.end; ++n) {
-        const double u = ray.u0 + n * ray.du, v = ray.v0 + n * ray.dv;
-        const int iu = static_cast<int>(std::floor(u)), iv = static_cast<int>(std::floor(v));
-        const auto fu = static_cast<float>(u - iu), fv = static_cast<float>(v - iv);
-        for (int corner = 0; corner < 4; ++corner) {
-            const int x = iu + (corner & 1), y = iv + (corner >> 1);
-            if (x < across.first || x >= across.end || y < along.first || y >= along.end) continue;
-            const float weight = (corner & 1 ? fu : 1.0f - fu) * (corner >> 1 ? fv : 1.0f - fv);
-            const std::int16_t sample = volume.samples[static_cast<std::size_t>(
-                n * strides[ray.axis] + x * strides[b] + y * strides[c])];
-            sum += weight * table[static_cast<std::size_t>(sample - lowest)];
-        }
+        const Taps<SmoothU> u(ray.u0 + n * ray.du);
+        const Taps<SmoothV> v(ray.v0 + n * ray.dv);
+        for (int j = 0; j < v.count; ++j)
+            for (int i = 0; i < u.count; ++i) {
+                const int x = u.first + i, y = v.first + j;
+                if (x < across.first || x >= across.end || y < along.first || y >= along.end) continue;
+                const std::int16_t sample = volume.samples[static_cast<std::size_t>(
+                    n * strides[ray.axis] + x * strides[b] + y * strides[c])];
+                sum += u.weights[i] * v.weights[j] * table[static_cast<std::size_t>(sample - lowest)];
+            }
     }
     return sum;
 }
 
-Fractions VolumeRayCaster::State::integral(const std::vector<Fractions>& table, const LayerRay& ray) const {
+template <bool SmoothU, bool SmoothV>
+Fractions VolumeRayCaster::State::integral_by(const std::vector<Fractions>& table,
+                                              const LayerRay& ray) const {
     const int b = (ray.axis + 1) % 3, c = (ray.axis + 2) % 3;
     const IndexRange across = occupied[b], along = occupied[c];
+    using U = Taps<SmoothU>;
+    using V = Taps<SmoothV>;
     IndexRange all = {std::max(ray.layers.first, occupied[ray.axis].first),
                       std::min(ray.layers.end, occupied[ray.axis].end)};
     if (all.first >= all.end) return Fractions{};
-    narrow(all, ray.u0, ray.du, across.first - 1, across.end);
-    narrow(all, ray.v0, ray.dv, along.first - 1, along.end);
-    // The layers at which all four samples lie in the box.
+    narrow(all, ray.u0, ray.du, across.first - U::reach, across.end - 1 + U::reach);
+    narrow(all, ray.v0, ray.dv, along.first - V::reach, along.end - 1 + V::reach);
+    // The layers at which all samples lie in the box.
     IndexRange within = all;
-    narrow(within, ray.u0, ray.du, across.first, across.end - 1);
-    narrow(within, ray.v0, ray.dv, along.first, along.end - 1);
+    narrow(within, ray.u0, ray.du, across.first + U::inset, across.end - 1 - U::inset);
+    narrow(within, ray.v0, ray.dv, along.first + V::inset, along.end - 1 - V::inset);
     const auto inside = [&](int n) {
         const double u = ray.u0 + n * ray.du, v = ray.v0 + n * ray.dv;
-        return u >= across.first && u < across.end - 1 && v >= along.first && v < along.end - 1;
+        return u >= across.first + U::inset && u < across.end - 1 - U::inset && v >= along.first + V::inset &&
+               v < along.end - 1 - V::inset;
     };
     while (within.first < within.end && !inside(within.first)) ++within.first;
     while (within.first < within.end && !inside(within.end - 1)) --within.end;
     if (within.first >= within.end) within = {all.end, all.end};
 
-    Fractions sum = near_edge(table, ray, {all.first, within.first});
+    Fractions sum = near_edge<SmoothU, SmoothV>(table, ray, {all.first, within.first});
     const std::ptrdiff_t sb = strides[b], sc = strides[c], sa = strides[ray.axis];
     const std::int16_t* layer = volume.samples.data() + within.first * sa;
-    const Fractions* fractions = table.data();
+    const Fractions* fractions = table.data() - lowest;
     for (int n = within.first; n < within.end; ++n, layer += sa) {
         const double u = ray.u0 + n * ray.du, v = ray.v0 + n * ray.dv;
-        const int iu = static_cast<int>(u), iv = static_cast<int>(v);
-        const auto fu = static_cast<float>(u - iu), fv = static_cast<float>(v - iv);
-        const std::int16_t* at = layer + iu * sb + iv * sc;
-        const float both = fu * fv, only_u = fu - both, only_v = fv - both;
-        sum += (1.0f - fu - only_v) * fractions[at[0] - lowest] + only_u * fractions[at[sb] - lowest] +
-               only_v * fractions[at[sc] - lowest] + both * fractions[at[sb + sc] - lowest];
+        if constexpr (SmoothU || SmoothV) {
+            const U across_taps(u);
+            const V along_taps(v);
+            const std::int16_t* row = layer + across_taps.first * sb + along_taps.first * sc;
+            for (int j = 0; j < V::count; ++j, row += sc) {
+                Fractions of_row{};
+                for (int i = 0; i < U::count; ++i) of_row += across_taps.weights[i] * fractions[row[i * sb]];
+                sum += along_taps.weights[j] * of_row;
+            }
+        } else {
+            const int iu = static_cast<int>(u), iv = static_cast<int>(v);
+            const auto fu = static_cast<float>(u - iu), fv = static_cast<float>(v - iv);
+            const std::int16_t* at = layer + iu * sb + iv * sc;
+            const float both = fu * fv, only_u = fu - both, only_v = fv - both;
+            sum += (1.0f - fu - only_v) * fractions[at[0]] + only_u * fractions[at[sb]] +
+                   only_v * fractions[at[sc]] + both * fractions[at[sb + sc]];
+        }
     }
-    return sum + near_edge(table, ray, {std::max(within.end, within.first), all.end});
+    return sum + near_edge<SmoothU, SmoothV>(table, ray, {std::max(within.end, within.first), all.end});
+}
+
+Fractions VolumeRayCaster::State::integral(const std::vector<Fractions>& table, const LayerRay& ray) const {
+    const bool u = smooth[static_cast<std::size_t>(ray.axis + 1) % 3],
+               v = smooth[static_cast<std::size_t>(ray.axis + 2) % 3];
+    return u   ? v ? integral_by<true, true>(table, ray) : integral_by<true, false>(table, ray)
+             : v ? integral_by<false, true>(table, ray)
+               : integral_by<false, false>(table, ray);
 }
 
 std::vector<Field> VolumeRayCaster::State::cast(const CArm& arm) const {

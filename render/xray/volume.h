@@ -51,7 +51,9 @@ struct VolumePart {
 };
 
 /// A sample is a number (a CT's HU, or any code) that `parts` turns into fractions of materials. Between
-/// samples the fractions are linear; beyond the outermost samples they fall to 0 within one step.
+/// samples the fractions are linear; along an axis whose samples are 1.2 mm apart or more they are quadratic
+/// B-splines, for linear ones are sharper at samples than between them, which shows as moiré. Beyond the
+/// outermost samples they fall to 0 within one step, or one and a half.
 struct DensityVolume {
     std::string name;
     VolumeGrid grid;
@@ -63,7 +65,7 @@ struct DensityVolume {
 std::vector<std::string> problems(const DensityVolume&);
 
 /// Casts rays by the method of Joseph (IEEE Trans. Med. Imaging 1:192–196, 1982): along the grid axis of
-/// which a ray crosses most layers, one bilinear interpolation a layer. It is exact for shares that are
+/// which a ray crosses most layers, one interpolation a layer. It is exact for shares that are
 /// linear in space. Copies share the samples.
 class VolumeRayCaster {
 public:

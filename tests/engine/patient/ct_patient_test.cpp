@@ -12,6 +12,8 @@
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
+#include "render/xray/path_length.h"
+#include "render/xray/volume.h"
 #include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/fixtures.h"
 #include "tests/engine/patient/closed_loop.h"
@@ -142,6 +144,46 @@ TEST_F(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
     EXPECT_NE(image(moved), first);
     EXPECT_EQ(image(scenario), first);
     EXPECT_NE(moved.content, scenario.content);
+}
+
+TEST_F(CtPatient, ABodyThatTheScanCutsOffGoesOnAndFades) {
+    // A trunk of 400 mm, of which the scan has 100.
+    const std::vector<render::TissueLayer> trunk = {
+        {"trunk", render::Material::SoftTissue, render::Material::Air,
+         render::loft({{Vec3(0, 0, -200), Vec3::UnitX(), Vec3::UnitY(), 90, 70, 4},
+                       {Vec3(0, 0, 200), Vec3::UnitX(), Vec3::UnitY(), 90, 70, 4}},
+                      48)}};
+    render::VolumeGrid grid = grid_around({-100, -80, -50}, {100, 80, 50}, 2.5);
+    write_ct(folder / "cut.nrrd", voxelised(trunk, grid));
+    PatientFiles files;
+    files.ct = folder / "cut.nrrd";
+    const render::VolumeRayCaster scan(ct_volume(files, {}));
+    render::PathLengthRenderer renderer;
+    const int mesh = renderer.add(trunk.front().mesh);
+    const render::CArm arm{.detector_width = 400, .pixels = 128};  // 270 mm at the isocentre
+    const render::Field whole = renderer.render(mesh, arm).length;
+    render::Field length(arm.pixels, arm.pixels);
+    const auto attenuation = [](render::Material m) { return render::attenuation(m, 60.0); };
+    const std::vector<render::Field> parts = scan.every_length(arm);
+    for (std::size_t p = 0; p < parts.size(); ++p)
+        for (std::size_t i = 0; i < length.values.size(); ++i)
+            length.values[i] += static_cast<float>(
+                (attenuation(scan.parts()[p].material) - attenuation(scan.parts()[p].inside)) /
+                (attenuation(render::Material::SoftTissue) - attenuation(render::Material::Air)) *
+                parts[p].values[i]);
+    double before = 1;
+    for (int j = arm.pixels / 2; j < arm.pixels; ++j) {
+        const auto middle = static_cast<std::size_t>(j * arm.pixels + arm.pixels / 2);
+        const double seen = length.values[middle] / whole.values[middle];
+        const double away = (j + 0.5 - arm.pixels / 2) * render::pixel_width(arm) * arm.sod / arm.sid;
+        if (away < 75) {
+            EXPECT_NEAR(seen, 1, 0.05) << away;
+        }
+        EXPECT_LT(seen, before + 0.05) << away;
+        EXPECT_GT(seen, before - 0.1) << "an edge at " << away;
+        before = seen;
+    }
+    EXPECT_LT(before, 0.6);
 }
 
 TEST_F(CtPatient, ScenarioIsAnotherWhereTheCtIs) {

@@ -1,5 +1,6 @@
 #include "render/xray/volume.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
@@ -130,6 +131,29 @@ TEST(VolumeRayCaster, GaussianAgreesWithItsClosedForm) {
             });
         }
     }
+}
+
+TEST(VolumeRayCaster, NoiseOfCoarseSamplesIsHardlyStrongerAtThemThanBetween) {
+    // Otherwise a moiré of both shows in the image. One layer of noise, seen from far away, so that pixels
+    // are at samples and in the middle between four of them by turns.
+    constexpr double step = 3.0;
+    constexpr int count = 64;
+    DensityVolume volume =
+        filled(grid_about(Vec3::Zero(), step, {count, 1, count}, false), [](const Vec3&) { return 0.0; });
+    std::mt19937 random(5);
+    for (auto& sample : volume.samples) sample = static_cast<std::int16_t>(random() % 8000) - 4000;
+    CArm arm{
+        .sid = 1e6 + 1e-3, .sod = 1e6, .detector_width = step * (count - 16), .pixels = 2 * (count - 16)};
+    arm.isocentre = Vec3(0.25 * step, 0, 0.25 * step);
+    const Field length = VolumeRayCaster(std::move(volume)).every_length(arm).front();
+    std::array<double, 4> phases{};
+    for (int j = 0; j < arm.pixels; ++j)
+        for (int i = 0; i < arm.pixels; ++i)
+            phases[static_cast<std::size_t>(2 * (j % 2) + i % 2)] +=
+                std::pow(length.values[static_cast<std::size_t>(j * arm.pixels + i)], 2);
+    const auto [least, most] = std::minmax_element(phases.begin(), phases.end());
+    EXPECT_GT(*least, 0.6 * *most);
+    EXPECT_GT(*least, 0);
 }
 
 TEST(VolumeRayCaster, SphereAgreesWithItsChordsTheBetterTheFinerItIs) {
