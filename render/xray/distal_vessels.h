@@ -13,12 +13,15 @@
 
 namespace render {
 
-/// A cylinder. Its blood has the concentration of a node, thinned by `fill`, so that a vessel can fade out.
+/// A cylinder, cut by planes. Its blood has the concentration of a node, thinned by `fill`, so that a vessel
+/// can fade out.
 struct VesselPiece {
     geometry::Vec3 from, to;  // [mm]
     float radius = 0;         // [mm]
     float fill = 1;           // [-]
     std::uint32_t node = 0;
+    /// Normals of the planes that it ends at, where it joins another at an angle; zero: across it.
+    geometry::Vec3 begins = geometry::Vec3::Zero(), ends = geometry::Vec3::Zero();
 };
 
 /// Node → pixels that see its pieces, with the mean length of the pixel's ray through them [mm].
@@ -31,7 +34,7 @@ struct DistalMatrix {
 };
 
 /// Every piece casts the exact mean of its chords across its width, and along it what its ends cover; the
-/// volume on the image is the piece's.
+/// volume on the image is that of all pieces together, so that a place in several, as at a fork, counts once.
 class DistalVessels {
 public:
     /// Throws std::invalid_argument for numbers that are not finite, a radius that is not positive, or a

@@ -1,6 +1,6 @@
 #include "engine/exercise/distal_trees.h"
 
-#include <gtest/gtest.h>
+#include <cmath>
 
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/mesh_query.h"
@@ -42,6 +42,139 @@ TEST(DistalTrees, FillTheirOrgansDownToTheSmallestArteries) {
     const auto again = distal_trees(vessels, contrast.blood(), layers);
     ASSERT_EQ(again.size(), pieces.size());
     for (std::size_t i = 0; i < pieces.size(); ++i) EXPECT_EQ(again[i].to, pieces[i].to);
+}
+
+namespace {
+
+/// Of an artery's darkness where its lumen ends and its tree begins, in parts of what balls of its radius all
+/// along it cast: the largest step from one place to the next, and the largest difference. It is seen alone,
+/// from the side, with its widest branch at every fork.
+struct Steps {
+    double next = 0, off = 0;
+    int seen = 0;  // places
+};
+
+Steps steps_at(const anatomy::Anatomy& vessels, const blood::BloodFlow& blood,
+               const std::vector<render::VesselPiece>& pieces, std::size_t outlet) {
+    const blood::Outlet& end = blood.outlets[outlet];
+    struct Station {
+        geometry::Vec3 place;
+        double radius;
+    };
+    std::vector<Station> way;
+    for (int cell = end.cell, k = 0; cell >= 0 && k < 12; cell = blood.cells[cell].upstream, ++k)
+        way.insert(way.begin(), {blood.cells[cell].centre, blood.cells[cell].radius});
+    // Down the tree, along the widest branch.
+    constexpr int bins = blood::DistalArteries::bins;
+    std::vector<render::VesselPiece> own, chain;
+    for (const render::VesselPiece& piece : pieces)
+        if (piece.node / bins == outlet) own.push_back(piece);
+    geometry::Vec3 at = end.place;
+    while (chain.size() < 400) {
+        const render::VesselPiece* next = nullptr;
+        for (const render::VesselPiece& piece : own)
+            if ((piece.from - at).norm() < 1e-6 && (!next || piece.radius > next->radius)) next = &piece;
+        if (!next || next->radius < 0.4 * end.radius) break;
+        chain.push_back(*next);
+        way.push_back({(next->from + next->to) / 2, next->radius});
+        at = next->to;
+    }
+    render::CArm arm;
+    // Across the first part of the way.
+    const geometry::Vec3 ahead =
+        (way[std::min<std::size_t>(way.size() - 1, 20)].place - way[8].place).normalized();
+    double best = 1;
+    for (const double lao : {0.0, 45.0, 90.0, -45.0}) {
+        render::CArm tried;
+        tried.lao = lao * geometry::degree;
+        const double along = std::abs(render::axes(tried).beam.dot(ahead));
+        if (along < best) best = along, arm.lao = tried.lao;
+    }
+    arm.isocentre = end.place;
+    arm.detector_width = 70;
+    const geometry::TriangleMesh lumen = anatomy::closed_lumen(vessels);
+    std::vector<geometry::Vec3> centres;
+    std::vector<float> radii, iodine(blood.cells.size(), 0.0f), distal(distal_nodes(blood), 1.0f);
+    for (const blood::FlowCell& cell : blood.cells) {
+        centres.push_back(cell.centre);
+        radii.push_back(static_cast<float>(cell.radius));
+    }
+    for (int cell = end.cell, k = 0; cell >= 0 && k < 12; cell = blood.cells[cell].upstream, ++k)
+        iodine[cell] = 1;
+    render::Field seen(arm.pixels, arm.pixels);
+    render::iodine_thickness(render::LumenContrast(lumen, centres, radii).at(arm), iodine, seen);
+    std::vector<std::uint32_t> touched;
+    render::add_iodine(render::DistalVessels(chain, distal_nodes(blood)).at(arm), distal, {}, seen, touched);
+    const auto darkness = [&](double x, double y) {
+        const int i = static_cast<int>(std::floor(x - 0.5)), j = static_cast<int>(std::floor(y - 0.5));
+        const double u = x - 0.5 - i, v = y - 0.5 - j;
+        const auto value = [&](int a, int b) {
+            return double{seen.values[static_cast<std::size_t>(b) * arm.pixels + a]};
+        };
+        return (1 - v) * ((1 - u) * value(i, j) + u * value(i + 1, j)) +
+               v * ((1 - u) * value(i, j + 1) + u * value(i + 1, j + 1));
+    };
+    // What rays have of balls all along the way.
+    const auto expected = [&](const render::Pixel& pixel) {
+        const geometry::Vec3 ray = render::ray_direction(arm, pixel.x, pixel.y),
+                             source = arm.isocentre - arm.sod * render::axes(arm).beam;
+        std::vector<std::pair<double, double>> inside;
+        for (std::size_t k = 0; k + 1 < way.size(); ++k)
+            for (double t = 0; t < 1; t += 0.1) {
+                const geometry::Vec3 middle = (1 - t) * way[k].place + t * way[k + 1].place;
+                const double radius = (1 - t) * way[k].radius + t * way[k + 1].radius;
+                const double along = (middle - source).dot(ray),
+                             aside = (middle - source - along * ray).squaredNorm();
+                if (aside >= radius * radius) continue;
+                const double half = std::sqrt(radius * radius - aside);
+                inside.emplace_back(along - half, along + half);
+            }
+        std::sort(inside.begin(), inside.end());
+        double sum = 0, until = 0;
+        for (const auto& [from, to] : inside) {
+            sum += std::max(0.0, to - std::max(from, until));
+            until = std::max(until, to);
+        }
+        return sum;
+    };
+    Steps steps;
+    double before = -1;
+    for (std::size_t k = 10; k + 2 < way.size(); ++k) {
+        if ((way[k].place - end.place).norm() > std::min(18.0, 8 * end.radius)) break;
+        const render::Pixel pixel = render::project(arm, way[k].place);
+        const double wanted = expected(pixel);
+        // Where it runs along the beam or over itself it is darker, and blurred.
+        if (wanted > 1.6 * 2 * way[k].radius) {
+            before = -1;
+            continue;
+        }
+        const double part = darkness(pixel.x, pixel.y) / wanted;
+        ++steps.seen;
+        steps.off = std::max(steps.off, std::abs(part - 1));
+        if (before >= 0) steps.next = std::max(steps.next, std::abs(part - before));
+        before = part;
+    }
+    return steps;
+}
+
+}  // namespace
+
+TEST(DistalTrees, NoStepWhereALumenEnds) {
+    for (const char* preset : {"iliac-renal", "lca", "cerebral"}) {
+        const anatomy::Anatomy vessels =
+            anatomy::generated_anatomy(anatomy::vessel_preset(preset), test::cache());
+        const blood::ContrastFlow contrast(vessels);
+        const auto pieces =
+            distal_trees(vessels, contrast.blood(), tissue_layers(scenario::Scenario{}, vessels));
+        const auto& outlets = contrast.blood().outlets;
+        for (std::size_t k = 0; k < outlets.size(); ++k) {
+            if (!(outlets[k].arterial > 0)) continue;
+            const Steps steps = steps_at(vessels, contrast.blood(), pieces, k);
+            EXPECT_GE(steps.seen, 3) << preset << ": " << outlets[k].end;
+            EXPECT_LT(steps.next, 0.1) << preset << ": " << outlets[k].end;
+            EXPECT_LT(steps.off, 0.15) << preset << ": " << outlets[k].end;
+        }
+    }
 }
 
 }  // namespace exercise

@@ -1,0 +1,37 @@
+#pragma once
+/// Grows trees of vessels into tissue, for the image.
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/geometry/random.h"
+#include "physics/geometry/vec.h"
+#include "render/xray/distal_vessels.h"
+
+namespace exercise {
+
+geometry::Vec3 in_unit_ball(geometry::Random&);
+
+/// Where a tree begins and how its vessels run.
+struct Root {
+    geometry::Vec3 place, direction;  // of the trunk there, unit [mm]
+    double radius = 1;                // [mm]
+    double smallest = 0.15;           // radius of its last vessels [mm]
+    double winding = 0;               // 1: as a cerebral artery's; 0: none [-]
+    std::uint64_t seed = 0;
+};
+
+/// Nodes of a tree's pieces: from `first` at its root to `first` + `count` − 1 at its farthest vessels, by
+/// the time that blood takes, or the other way round where blood comes from there.
+struct NodeRange {
+    std::uint32_t first = 0, count = 1;
+    bool to_root = false;
+};
+
+/// Divides the points of a tissue among the branches of a tree, which end at them. Radii follow Murray's law
+/// (1926) with the exponent that leads from the root to the smallest vessels; a branch keeps its direction
+/// and the width of the trunk where it leaves that. The same arguments give the same pieces.
+void grow_into(std::vector<geometry::Vec3> tissue, const Root&, const NodeRange&,
+               std::vector<render::VesselPiece>&);
+
+}  // namespace exercise
