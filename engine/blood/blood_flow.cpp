@@ -31,21 +31,23 @@ constexpr double tissue_density = 1.05;  // [g/ml]
 /// so that the generated vessels come near published flows: common femoral artery 350 ± 141 ml/min
 /// (Ultrasound Med Biol 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an
 /// internal carotid 250 ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and
-/// transit times of blood through the small vessels where contrast blushes, are estimates of textbook order.
+/// transit times of blood through the small vessels where contrast blushes and through the veins, are
+/// estimates of textbook order.
 struct Supply {
     anatomy::Organ organ;
     double demand;     // [-]
     double perfusion;  // [ml/min per 100 g]
     double transit;    // [s]
+    double venous;     // through the veins in the field [s]
 };
 constexpr std::array<Supply, 7> supplies = {{
-    {anatomy::Organ::Arm, 1.0, 3.0, 15.0},
-    {anatomy::Organ::Leg, 0.5, 3.0, 15.0},
-    {anatomy::Organ::Kidney, 4.0, 350.0, 5.0},
-    {anatomy::Organ::Brain, 3.0, 55.0, 4.0},
-    {anatomy::Organ::Gut, 1.8, 60.0, 6.0},
-    {anatomy::Organ::Heart, 10.0, 80.0, 4.0},
-    {anatomy::Organ::Trunk, 0.4, 10.0, 10.0},
+    {anatomy::Organ::Arm, 1.0, 3.0, 15.0, 5.0},
+    {anatomy::Organ::Leg, 0.5, 3.0, 15.0, 6.0},
+    {anatomy::Organ::Kidney, 4.0, 350.0, 5.0, 2.0},
+    {anatomy::Organ::Brain, 3.0, 55.0, 4.0, 4.0},
+    {anatomy::Organ::Gut, 1.8, 60.0, 6.0, 4.0},
+    {anatomy::Organ::Heart, 10.0, 80.0, 4.0, 3.0},
+    {anatomy::Organ::Trunk, 0.4, 10.0, 10.0, 4.0},
 }};
 
 /// A kidney: the medulla gets a tenth of the blood; 0.2 of the plasma, and of contrast with it, is filtered
@@ -181,8 +183,8 @@ double arterial_time(double radius, double flow) {
     return std::clamp(generations * radii_long * radius / velocity, shortest, longest);
 }
 
-DistalArteries::DistalArteries(std::span<const Outlet> outlets) {
-    for (const Outlet& outlet : outlets) volume_.push_back(outlet.flow * outlet.arterial / bins);
+DistalArteries::DistalArteries(std::span<const Outlet> outlets, double Outlet::*time) {
+    for (const Outlet& outlet : outlets) volume_.push_back(outlet.flow * outlet.*time / bins);
     reset();
 }
 
@@ -317,6 +319,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.direction = opening.outward_normal;
         outlet.fraction = supply.demand * std::pow(opening.radius, spec.exponent);
         outlet.transit = supply.transit;
+        outlet.venous = supply.venous;
         if (supply.organ == anatomy::Organ::Kidney) outlet.inner = kidney;
         outlet.radius = opening.radius;
         outlet.tissue = 100.0 / supply.perfusion * 60.0 / tissue_density;  // of 1 ml/s

@@ -87,6 +87,7 @@ struct Outlet {
     double radius = 0;         // of the end [mm]
     double arterial = 0;       // time through the arteries between the end and those vessels [s]
     Inner inner;               // of the organ
+    double venous = 0;         // time through the veins behind them that the image shows [s]
 };
 
 struct BloodFlow {
@@ -133,15 +134,16 @@ BloodFlow blood_flow(const anatomy::Anatomy&, const FlowSpec& = {}, double spaci
 double arterial_time(double radius, double flow);
 
 /// Contrast passes the arteries behind every end in bins of equal time at rest, and is carried on as fast as
-/// the blood leaves the end. What enters is conserved to rounding.
+/// the blood leaves the end. What enters is conserved to rounding. Veins behind organs pass it in the same
+/// way.
 class DistalArteries {
 public:
     static constexpr int bins = 24;  // of every end
 
-    explicit DistalArteries(std::span<const Outlet> = {});
+    explicit DistalArteries(std::span<const Outlet> = {}, double Outlet::*time = &Outlet::arterial);
 
     /// Takes `entering` [mg] at an outlet while blood leaves it at `flow` [ml/s] for `dt` [s]; returns what
-    /// leaves the arteries for the organ's small vessels [mg].
+    /// leaves these vessels, as for the organ's smaller ones [mg].
     double pass(int outlet, double entering, double flow, double dt);
     void reset();
 

@@ -58,6 +58,7 @@ ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec
         array->resize(count);
     resting_ = blood_.resting();
     distal_ = DistalArteries(blood_.outlets);
+    veins_ = DistalArteries(blood_.outlets, &Outlet::venous);
     leaving_.resize(blood_.outlets.size());
     reached_.resize(blood_.outlets.size());
     reset();
@@ -70,6 +71,7 @@ void ContrastFlow::reset() {
     holes_.clear();
     iodine_.assign(blood_.cells.size(), 0.0);
     distal_.reset();
+    veins_.reset();
     tanks_.assign(blood_.outlets.size(), {});
     inner_.assign(blood_.outlets.size(), {});
     blush_.assign(blood_.outlets.size(), {});
@@ -355,6 +357,7 @@ void ContrastFlow::perfuse(double dt) {
         if (in.fraction == 0 && in.filtered == 0) {
             for (int k = 0; k < 3; ++k) arriving = through(mass[k], arriving, outlet.transit / 3);
             drained_ += arriving;
+            veins_.pass(static_cast<int>(o), arriving, leaving_[o], dt);
             const double held = mass[0] + mass[1] + mass[2];
             blush_[o] = {held, held / outlet.tissue};
             continue;
@@ -364,9 +367,11 @@ void ContrastFlow::perfuse(double dt) {
         const double filtered = in.filtered * arriving;
         arriving = through(mass[1], arriving - filtered, outlet.transit / 3);
         double deep = in.fraction * arriving;
-        drained_ += through(mass[2], arriving - deep, outlet.transit / 3);
+        const double outer = through(mass[2], arriving - deep, outlet.transit / 3);
+        drained_ += outer;
         for (double& vessels : inner.vessels) deep = through(vessels, deep, in.transit / 2);
         drained_ += deep;
+        veins_.pass(static_cast<int>(o), outer + deep, leaving_[o], dt);
         drained_ += through(inner.inner_tubules, through(inner.outer_tubules, filtered, in.outer_tubules),
                             in.inner_tubules);
         const double held = mass[0] + mass[1] + mass[2] + inner.held();
@@ -418,6 +423,7 @@ std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
 void ContrastFlow::show() {
     for (std::size_t i = 0; i < iodine_.size(); ++i) shown_[i] = static_cast<float>(iodine_[i]);
     distal_.show();
+    veins_.show();
 }
 
 IodineBalance ContrastFlow::balance() const {
@@ -425,8 +431,10 @@ IodineBalance ContrastFlow::balance() const {
     now.injected = injected_iodine_;
     now.drained = drained_;
     for (std::size_t i = 0; i < iodine_.size(); ++i) now.in_vessels += iodine_[i] * volume_[i];
-    for (std::size_t o = 0; o < blush_.size(); ++o)
+    for (std::size_t o = 0; o < blush_.size(); ++o) {
         now.in_organs += blush_[o].iodine + distal_.held(static_cast<int>(o));
+        now.in_veins += veins_.held(static_cast<int>(o));
+    }
     for (const Hole& hole : holes_) now.leaked += hole.iodine;
     return now;
 }

@@ -37,9 +37,10 @@ struct Blush {
 };
 
 /// Where the iodine is [mg]; injected = in_vessels + in_organs + drained + leaked. The arteries beyond the
-/// ends count as the organs'.
+/// ends count as the organs'. What has left an organ is drained; of that, `in_veins` is still in veins near
+/// it.
 struct IodineBalance {
-    double injected = 0, in_vessels = 0, in_organs = 0, drained = 0, leaked = 0;
+    double injected = 0, in_vessels = 0, in_organs = 0, drained = 0, leaked = 0, in_veins = 0;
 };
 
 /// A hole in the wall, and what has gone through it into the tissue, where it stays.
@@ -87,6 +88,8 @@ public:
     /// In the arteries beyond the ends, which the wire cannot enter: DistalArteries::bins for each outlet of
     /// blood() [mg/ml].
     std::span<const float> distal_iodine() const { return distal_.iodine(); }
+    /// In the veins behind the organs, likewise [mg/ml]. What a kidney filters is not in it.
+    std::span<const float> venous_iodine() const { return veins_.iodine(); }
 
     /// Begins with the next step, in addition to running injections. Throws InputError for numbers out of
     /// range, a branch that does not exist, and a volume beyond the limit, stating what is left of it.
@@ -114,6 +117,7 @@ public:
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_,
           site_, inner_);
         s.unless_empty(holes_);
+        s.beside(veins_);  // follows from what drains, and nothing else follows from it
     }
 
 private:
@@ -173,6 +177,8 @@ private:
     std::vector<double> into_, leaving_, added_, added_iodine_, outflow_, change_, diagonal_, right_;
     std::vector<double> reached_;  // what entered each organ [mg]
     std::vector<double> leaking_;  // through each hole [ml/s]
+
+    DistalArteries veins_;  // behind the organs
 };
 
 }  // namespace blood

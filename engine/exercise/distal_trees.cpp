@@ -8,8 +8,8 @@
 
 #include "engine/blood/blood_flow.h"
 #include "engine/exercise/imaging.h"
+#include "engine/exercise/venous_trees.h"
 #include "engine/exercise/vessel_growth.h"
-#include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/random.h"
@@ -20,17 +20,10 @@ namespace {
 using geometry::Vec3;
 
 constexpr double smallest_radius = 0.15;  // of a tree's arteries [mm]
-constexpr double trunk_radius = 5;        // from which an end is that of a trunk, which goes on [mm]
 constexpr int most_terminals = 1200, fewest_terminals = 6;
 /// An organ this far from an end is not reached by it [mm].
 constexpr double organ_reach = 150;
 constexpr double cubic_mm_per_ml = 1000;
-
-std::uint64_t seed_of(const std::string& name) {
-    geometry::Hash hash;
-    hash.add(name.data(), name.size());
-    return hash.value();
-}
 
 /// Shape of the tissue ahead of an end whose organ is not drawn, in radii of the end: how far its middle lies
 /// ahead, and its half axes along and across (estimates).
@@ -39,7 +32,8 @@ struct Ahead {
 };
 Ahead tissue_ahead(const std::string& organ) {
     if (organ == "leg" || organ == "arm") return {30, 28, 8};
-    if (organ == "gut") return {22, 18, 25};
+    if (organ == "gut") return {24, 22, 34};
+    if (organ == "face") return {25, 22, 14};
     if (organ == "heart") return {25, 22, 18};
     return {14, 12, 10};
 }
@@ -69,7 +63,7 @@ void add_source(const anatomy::Anatomy& anatomy, const blood::BloodFlow& blood, 
             nearest = &end.opening;
     if (!nearest || (nearest->centre - place).norm() > 3 * nearest->radius) return;
     const std::size_t first = pieces.size();
-    fade_out(nearest->centre, nearest->outward_normal, 2.5 * nearest->radius, nearest->radius, 0, pieces,
+    fade_out(nearest->centre, nearest->outward_normal, 10 * nearest->radius, nearest->radius, 0, pieces,
              [](double) {});
     const auto node = static_cast<std::uint32_t>(blood.outlets.size()) * blood::DistalArteries::bins + source;
     for (std::size_t k = first; k < pieces.size(); ++k) pieces[k].node = static_cast<std::uint32_t>(node);
@@ -97,28 +91,34 @@ std::vector<Vec3> points_in(const geometry::TriangleMesh& mesh, int count) {
     return points;
 }
 
+bool is_external_carotid(const blood::Outlet& outlet) {
+    return outlet.branch.ends_with("LECA") || outlet.branch.ends_with("RECA");
+}
+
 std::vector<Vec3> points_ahead(const blood::Outlet& outlet, int count) {
-    const Ahead shape = tissue_ahead(outlet.organ);
+    const Ahead shape = tissue_ahead(is_external_carotid(outlet) ? "face" : outlet.organ);
     const Vec3 u = outlet.direction.unitOrthogonal(), v = outlet.direction.cross(u);
     geometry::Random random(seed_of(outlet.end) + 1);
     std::vector<Vec3> points;
     for (int k = 0; k < count; ++k) {
         const Vec3 p = outlet.radius * in_unit_ball(random);
-        points.push_back(outlet.place +
-                         (shape.middle * outlet.radius + shape.along * p.x()) * outlet.direction +
-                         shape.across * (p.y() * u + p.z() * v));
+        Vec3 off = shape.along * p.x() * outlet.direction + shape.across * (p.y() * u + p.z() * v);
+        if (outlet.organ == "gut") off.y() *= 0.4;  // the mesentery lies flat
+        points.push_back(outlet.place + shape.middle * outlet.radius * outlet.direction + off);
     }
     return points;
 }
 
-int terminals_of(double radius) {
-    return std::clamp(static_cast<int>(std::pow(radius / smallest_radius, 3)), fewest_terminals,
+int terminals_of(const blood::Outlet& outlet) {
+    // Arteries of the brain keep their width over long ways (as angiograms show).
+    const double more = outlet.organ == "brain" ? 4 : 1;
+    return std::clamp(static_cast<int>(more * std::pow(outlet.radius / smallest_radius, 3)), fewest_terminals,
                       most_terminals);
 }
 
 /// How much vessels of an organ wind: of the brain they follow its convolutions (estimates) [-].
 double winding_of(const std::string& organ) {
-    return organ == "brain" ? 1.0 : organ == "gut" ? 0.5 : organ == "heart" ? 0.35 : 0.2;
+    return organ == "brain" ? 1.0 : organ == "gut" ? 0.25 : organ == "heart" ? 0.35 : 0.2;
 }
 
 /// The points of each outlet's tissue, from which its tree grows.
@@ -144,7 +144,7 @@ std::vector<std::vector<Vec3>> territories_of(const std::vector<blood::Outlet>& 
             if (box.exteriorDistance(outlets[k].place) > organ_reach) continue;
             const double fraction = geometry::signed_volume(layers[layer].mesh) / volume;
             suppliers[layer].push_back({k,
-                                        std::ceil(fraction * terminals_of(outlets[k].radius)),
+                                        std::ceil(fraction * terminals_of(outlets[k])),
                                         fraction * cubic_mm_per_ml * outlets[k].tissue,
                                         {}});
         }
@@ -192,6 +192,11 @@ std::vector<std::vector<Vec3>> territories_of(const std::vector<blood::Outlet>& 
     return territories;
 }
 
+std::uint32_t first_vein(const blood::BloodFlow& blood) {
+    return static_cast<std::uint32_t>(blood.outlets.size() * blood::DistalArteries::bins +
+                                      blood.sources.size());
+}
+
 }  // namespace
 
 std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy& anatomy, const blood::BloodFlow& blood,
@@ -210,26 +215,53 @@ std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy& anatomy, c
         }
         std::vector<Vec3>& territory = territories[k];
         if (static_cast<int>(territory.size()) < fewest_terminals)
-            territory = points_ahead(outlet, terminals_of(outlet.radius));
-        grow_into(std::move(territory),
-                  {outlet.place, outlet.direction, outlet.radius, smallest_radius, winding_of(outlet.organ),
-                   seed_of(outlet.end)},
-                  {node, bins}, pieces);
+            territory = points_ahead(outlet, terminals_of(outlet));
+        Root root{outlet.place,    outlet.direction,         outlet.radius,
+                  smallest_radius, winding_of(outlet.organ), seed_of(outlet.end)};
+        if (is_external_carotid(outlet)) root.winding = 0.7;
+        // Their branches leave one after the other.
+        if (outlet.organ == "brain") root.least_part = 0.12, root.largest_part = 0.4;
+        if (outlet.organ == "gut" || is_external_carotid(outlet))
+            root.least_part = 0.1, root.largest_part = 0.3;
+        grow_into(territory, root, {node, bins}, pieces);
     }
     for (std::size_t k = 0; k < blood.sources.size(); ++k)
         add_source(anatomy, blood, static_cast<int>(k), pieces);
+    add_veins(anatomy, blood, layers, territories, first_vein(blood), pieces);
     return pieces;
 }
 
 std::uint32_t distal_nodes(const blood::BloodFlow& blood) {
-    return static_cast<std::uint32_t>(blood.outlets.size() * blood::DistalArteries::bins +
-                                      blood.sources.size());
+    return first_vein(blood) + venous_nodes(blood);
+}
+
+std::vector<Eigen::Vector3f> distal_moves(const blood::BloodFlow& blood,
+                                          const std::vector<Eigen::Vector3f>& of_lumen) {
+    constexpr int bins = blood::DistalArteries::bins;
+    std::vector<Eigen::Vector3f> moves;
+    const auto of_outlets = [&] {
+        for (const blood::Outlet& outlet : blood.outlets)
+            moves.insert(moves.end(), bins, of_lumen[static_cast<std::size_t>(outlet.cell)]);
+    };
+    of_outlets();
+    for (const blood::BloodFlow::Source& source : blood.sources)
+        moves.push_back(of_lumen[static_cast<std::size_t>(source.cell)]);
+    of_outlets();
+    for (const CollectingVein& vein : collecting_veins(blood)) {
+        Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+        for (const int outlet : vein.outlets)
+            mean += of_lumen[static_cast<std::size_t>(blood.outlets[static_cast<std::size_t>(outlet)].cell)] /
+                    static_cast<float>(vein.outlets.size());
+        moves.insert(moves.end(), bins, mean);
+    }
+    return moves;
 }
 
 std::vector<float> distal_iodine(const blood::ContrastFlow& contrast) {
     std::vector<float> iodine(contrast.distal_iodine().begin(), contrast.distal_iodine().end());
     for (const blood::BloodFlow::Source& source : contrast.blood().sources)
         iodine.push_back(contrast.iodine()[source.cell]);
+    add_venous_iodine(contrast, iodine);
     return iodine;
 }
 

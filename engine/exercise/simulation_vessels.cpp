@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/exercise/distal_trees.h"
 #include "engine/exercise/simulation.h"
 #include "engine/exercise/simulation_parts.h"
 #include "engine/scenario/placement.h"
@@ -165,12 +166,7 @@ Simulation::VesselMoves Simulation::vessel_moves() const {
     const auto by = displacement();
     if (!by) return moves;
     moves.of_nodes = moved(*wall_->foundation(), *by, contrast_->nodes(), node_stations_);
-    const blood::BloodFlow& blood = contrast_->blood();
-    for (const blood::Outlet& outlet : blood.outlets)
-        moves.of_distal.insert(moves.of_distal.end(), blood::DistalArteries::bins,
-                               moves.of_nodes[static_cast<std::size_t>(outlet.cell)]);
-    for (const blood::BloodFlow::Source& source : blood.sources)
-        moves.of_distal.push_back(moves.of_nodes[static_cast<std::size_t>(source.cell)]);
+    moves.of_distal = distal_moves(contrast_->blood(), moves.of_nodes);
     return moves;
 }
 

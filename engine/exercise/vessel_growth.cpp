@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/geometry/hash.h"
+
 namespace exercise {
 
 using geometry::Vec3;
@@ -16,6 +18,12 @@ Vec3 in_unit_ball(geometry::Random& random) {
         const Vec3 p(x, y, z);
         if (p.squaredNorm() <= 1) return p;
     }
+}
+
+std::uint64_t seed_of(const std::string& name) {
+    geometry::Hash hash;
+    hash.add(name.data(), name.size());
+    return hash.value();
 }
 
 namespace {
@@ -127,7 +135,8 @@ private:
         const Vec3 widest = axes.eigenvectors().col(2);
         std::ranges::sort(points,
                           [&](const Vec3* a, const Vec3* b) { return a->dot(widest) < b->dot(widest); });
-        const double fraction = random_() < 0.5 ? random_.between(0.2, 0.5) : random_.between(0.5, 0.8);
+        const double fraction = random_() < 0.5 ? random_.between(root_.least_part, root_.largest_part)
+                                                : 1 - random_.between(root_.least_part, root_.largest_part);
         const auto cut = std::clamp<std::size_t>(
             static_cast<std::size_t>(fraction * static_cast<double>(points.size())), 1, points.size() - 1);
         std::vector<Vec3*> left(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(cut)),

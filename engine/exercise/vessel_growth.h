@@ -2,6 +2,7 @@
 /// Grows trees of vessels into tissue, for the image.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "physics/geometry/random.h"
@@ -10,7 +11,11 @@
 
 namespace exercise {
 
+/// Radius of an end from which on it is that of a trunk, which goes on [mm].
+inline constexpr double trunk_radius = 5;
+
 geometry::Vec3 in_unit_ball(geometry::Random&);
+std::uint64_t seed_of(const std::string& name);
 
 /// Where a tree begins and how its vessels run.
 struct Root {
@@ -19,6 +24,8 @@ struct Root {
     double smallest = 0.15;           // radius of its last vessels [mm]
     double winding = 0;               // 1: as a cerebral artery's; 0: none [-]
     std::uint64_t seed = 0;
+    /// Of a fork's tissue, what its smaller branch gets: less where a trunk gives off side branches [-].
+    double least_part = 0.2, largest_part = 0.5;
 };
 
 /// Nodes of a tree's pieces: from `first` at its root to `first` + `count` − 1 at its farthest vessels, by

@@ -120,7 +120,127 @@ Field octave_of(const Field& picture, double from, double pixel) {
     return fine;
 }
 
+/// The greater curvature of the picture, smoothed, in its unit by standard deviation squared.
+Field curvature(const Field& picture, double sigma) {
+    const Field smooth = render::gaussian_blur(picture, sigma);
+    Field ridge(picture.width, picture.height);
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x) {
+            const double here = at(smooth, x, y), xx = at(smooth, x + 1, y) + at(smooth, x - 1, y) - 2 * here,
+                         yy = at(smooth, x, y + 1) + at(smooth, x, y - 1) - 2 * here,
+                         xy = 0.25 * (at(smooth, x + 1, y + 1) + at(smooth, x - 1, y - 1) -
+                                      at(smooth, x + 1, y - 1) - at(smooth, x - 1, y + 1));
+            const double least = (xx + yy) / 2 - std::hypot((xx - yy) / 2, xy);
+            ridge.values[static_cast<std::size_t>(y) * picture.width + x] =
+                static_cast<float>(std::max(0.0, -least * sigma * sigma));
+        }
+    return ridge;
+}
+
+/// A picture of yes and no.
+struct Mask {
+    int width, height;
+    std::vector<std::uint8_t> set;
+    int operator()(int x, int y) const {
+        return x >= 0 && y >= 0 && x < width && y < height &&
+               set[static_cast<std::size_t>(y) * width + x] != 0;
+    }
+    /// From above, clockwise.
+    std::array<int, 8> around(int x, int y) const {
+        return {(*this)(x, y - 1), (*this)(x + 1, y - 1), (*this)(x + 1, y), (*this)(x + 1, y + 1),
+                (*this)(x, y + 1), (*this)(x - 1, y + 1), (*this)(x - 1, y), (*this)(x - 1, y - 1)};
+    }
+};
+
+/// Lines of one pixel (Zhang and Suen, Communications of the ACM 27, 1984, 236).
+void make_thin(Mask& mask) {
+    std::vector<std::size_t> gone;
+    bool changed = true;
+    while (changed) {
+        changed = false;
+        for (const int pass : {0, 1}) {
+            gone.clear();
+            for (int y = 0; y < mask.height; ++y)
+                for (int x = 0; x < mask.width; ++x) {
+                    if (!mask(x, y)) continue;
+                    const std::array<int, 8> p = mask.around(x, y);
+                    int all = 0, rises = 0;
+                    for (std::size_t k = 0; k < 8; ++k) all += p[k], rises += !p[k] && p[(k + 1) % 8];
+                    const bool free = pass == 0 ? p[0] * p[2] * p[4] == 0 && p[2] * p[4] * p[6] == 0
+                                                : p[0] * p[2] * p[6] == 0 && p[0] * p[4] * p[6] == 0;
+                    if (all >= 2 && all <= 6 && rises == 1 && free)
+                        gone.push_back(static_cast<std::size_t>(y) * mask.width + x);
+                }
+            for (const std::size_t k : gone) mask.set[k] = 0;
+            changed = changed || !gone.empty();
+        }
+    }
+}
+
+/// Calls use(pixels) for each set of pixels that touch.
+template <class Use>
+void for_each_piece(const Mask& mask, const Use& use) {
+    Mask left = mask;
+    std::vector<std::size_t> piece;
+    for (std::size_t start = 0; start < left.set.size(); ++start) {
+        if (!left.set[start]) continue;
+        piece.assign(1, start);
+        left.set[start] = 0;
+        for (std::size_t next = 0; next < piece.size(); ++next) {
+            const int x = static_cast<int>(piece[next]) % mask.width,
+                      y = static_cast<int>(piece[next]) / mask.width;
+            for (int j = y - 1; j <= y + 1; ++j)
+                for (int i = x - 1; i <= x + 1; ++i)
+                    if (left(i, j)) {
+                        piece.push_back(static_cast<std::size_t>(j) * mask.width + i);
+                        left.set[piece.back()] = 0;
+                    }
+        }
+        use(piece);
+    }
+}
+
 }  // namespace
+
+Ridges ridges_of(const Field& dark, double pixel, const std::vector<std::uint8_t>& area) {
+    constexpr std::array<double, 2> widths = {0.3, 0.5};       // [mm]
+    constexpr double strong = 0.95, weak = 0.5, shortest = 2;  // the last [mm]
+    Field ridge(dark.width, dark.height);
+    for (const double width : widths) {
+        const Field one = curvature(dark, width / pixel);
+        for (std::size_t k = 0; k < ridge.values.size(); ++k)
+            ridge.values[k] = std::max(ridge.values[k], one.values[k]);
+    }
+    std::vector<double> inside;
+    for (std::size_t k = 0; k < ridge.values.size(); ++k)
+        if (area[k]) inside.push_back(ridge.values[k]);
+    if (inside.empty()) return {};
+    const double cm2 = static_cast<double>(inside.size()) * pixel * pixel / 100;
+    const double least = weak * quantile(inside, strong);
+    Mask lines{dark.width, dark.height, std::vector<std::uint8_t>(area.size(), 0)};
+    for (std::size_t k = 0; k < area.size(); ++k) lines.set[k] = area[k] && ridge.values[k] > least;
+    make_thin(lines);
+    for_each_piece(Mask(lines), [&](const std::vector<std::size_t>& piece) {
+        if (static_cast<double>(piece.size()) * pixel >= shortest) return;
+        for (const std::size_t k : piece) lines.set[k] = 0;
+    });
+    Ridges found;
+    Mask forks{dark.width, dark.height, std::vector<std::uint8_t>(area.size(), 0)};
+    for (int y = 0; y < lines.height; ++y)
+        for (int x = 0; x < lines.width; ++x) {
+            if (!lines(x, y)) continue;
+            const std::array<int, 8> p = lines.around(x, y);
+            found.length += p[2] + p[4];
+            // Diagonals, where no other way leads there.
+            found.length += std::numbers::sqrt2 * ((p[3] && !p[2] && !p[4]) + (p[5] && !p[4] && !p[6]));
+            int all = 0, rises = 0;
+            for (std::size_t k = 0; k < 8; ++k) all += p[k], rises += !p[k] && p[(k + 1) % 8];
+            forks.set[static_cast<std::size_t>(y) * lines.width + x] = rises >= 3 || all >= 4;
+        }
+    found.length *= pixel / cm2;
+    for_each_piece(forks, [&](const std::vector<std::size_t>&) { found.branches += 1 / cm2; });
+    return found;
+}
 
 double noise_of(const Field& f) {
     double sum = 0, count = 0;

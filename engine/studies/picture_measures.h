@@ -2,6 +2,8 @@
 /// What X-ray pictures are compared by, the program's and others'.
 
 #include <array>
+#include <cstdint>
+#include <vector>
 
 #include "render/picture/image.h"
 
@@ -36,5 +38,15 @@ struct Structure {
 /// passband has its middle where the octave's is. Throws std::invalid_argument for a picture smaller than
 /// two such windows.
 Structure structure_of(const render::Field&, double pixel);
+
+/// Vessels on a picture of an area.
+struct Ridges {
+    double length = 0, branches = 0;  // of lines and their forks and crossings [mm/cm²], [1/cm²]
+};
+/// `dark`: larger where a vessel is, as the logarithm of what contrast takes of the signal; `pixel`: width of
+/// one [mm]; `area`: not 0 where to measure. Lines of 0.3 and 0.5 mm (standard deviation) whose curvature
+/// across is above half that of which 5 % of the area have more are thinned to one pixel; those shorter than
+/// 2 mm do not count. Without an area: zeros.
+Ridges ridges_of(const render::Field& dark, double pixel, const std::vector<std::uint8_t>& area);
 
 }  // namespace studies

@@ -52,6 +52,41 @@ TEST(ContrastFlow, MixesWithTheBloodThatPasses) {
     expect_balanced(flow);
 }
 
+TEST(ContrastFlow, VeinsFillAfterTheOrganAndLoseNothing) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    const std::size_t kidney = kidney_of(flow);
+    constexpr std::size_t bins = DistalArteries::bins;
+    flow.inject({Vec3(0, 0, 90), 10, 10, 300});
+    double artery = 0, first_vein = 0, last_vein = 0, held = 0, before = 0;
+    int artery_peak = 0, first_peak = 0, last_peak = 0;
+    const auto peak = [](double value, int f, double& most, int& at) {
+        if (value > most) most = value, at = f;
+    };
+    for (int f = 0; f < 900; ++f) {
+        flow.step(frame);
+        peak(flow.distal_iodine()[kidney * bins], f, artery, artery_peak);
+        peak(flow.venous_iodine()[kidney * bins], f, first_vein, first_peak);
+        peak(flow.venous_iodine()[kidney * bins + bins - 1], f, last_vein, last_peak);
+        const IodineBalance at = flow.balance();
+        EXPECT_GE(at.in_veins, 0);
+        EXPECT_LE(at.in_veins, at.drained + 1e-9);
+        // What has passed the veins never comes back.
+        EXPECT_GE(at.drained - at.in_veins, before - 1e-9);
+        before = at.drained - at.in_veins;
+        held = std::max(held, at.in_veins);
+        expect_balanced(flow);
+    }
+    EXPECT_GT(held, 100);
+    EXPECT_LT(last_vein, artery);
+    EXPECT_GT(last_vein, 0.02 * artery);
+    EXPECT_GT(first_peak, artery_peak + 1 / frame);
+    EXPECT_NEAR((last_peak - first_peak) * frame, flow.blood().outlets[kidney].venous * (bins - 1.0) / bins,
+                0.3);
+    EXPECT_LT(flow.balance().in_veins, 0.1 * held);
+    flow.reset();
+    EXPECT_EQ(flow.balance().in_veins, 0);
+}
+
 TEST(ContrastFlow, APlugEndsTheContrastWhereItBeginsAndIsForgotten) {
     const anatomy::Anatomy abdomen = small_abdomen();
     ContrastFlow flow(abdomen, steady(40, 0.7)), free(abdomen, steady(40, 0.7));

@@ -77,4 +77,27 @@ TEST(PictureMeasures, LinesOnNothingAreUneven) {
     EXPECT_THROW(structure_of(white_noise(64, 1, 1), 0.3), std::invalid_argument);
 }
 
+TEST(PictureMeasures, RidgesAreAsLongAsTheirLines) {
+    constexpr double pixel = 0.2, apart_across = 5, apart_along = 10, half_width = 0.3;  // [mm]
+    constexpr int size = 400;
+    render::Field grid(size, size, 0);
+    const auto profile = [](double at, double apart) {
+        const double off = std::remainder(at - 2.5, apart);
+        return std::exp(-off * off / (2 * half_width * half_width));
+    };
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+            grid.values[static_cast<std::size_t>(y) * size + x] = static_cast<float>(
+                std::max(profile(y * pixel, apart_across), profile(x * pixel, apart_along)));
+    std::vector<std::uint8_t> area(grid.values.size(), 1);
+    const Ridges found = ridges_of(grid, pixel, area);
+    EXPECT_NEAR(found.length, 100 * (1 / apart_across + 1 / apart_along), 2);
+    EXPECT_NEAR(found.branches, 100 / (apart_across * apart_along), 0.4);
+    // The unit of the picture does not matter, nor does what lies outside.
+    for (float& value : grid.values) value *= 7;
+    for (std::size_t k = 0; k < area.size(); ++k) area[k] = k < area.size() / 2;
+    EXPECT_NEAR(ridges_of(grid, pixel, area).length, found.length, 2);
+    EXPECT_EQ(ridges_of(grid, pixel, std::vector<std::uint8_t>(area.size(), 0)).length, 0);
+}
+
 }  // namespace studies
