@@ -257,10 +257,24 @@ std::vector<Eigen::Vector3f> distal_moves(const blood::BloodFlow& blood,
     return moves;
 }
 
+std::vector<float> lumen_iodine(const blood::ContrastFlow& contrast) {
+    const blood::BloodFlow& blood = contrast.blood();
+    std::vector<float> iodine(contrast.iodine().begin(), contrast.iodine().end());
+    for (const blood::BloodFlow::Source& source : blood.sources) {
+        const int entry = blood.entry_of(blood.cells[static_cast<std::size_t>(source.cell)].branch);
+        for (int cell = entry; cell >= 0; cell = blood.cells[static_cast<std::size_t>(cell)].upstream) {
+            float& there = iodine[static_cast<std::size_t>(cell)];
+            there = std::max(there, iodine[static_cast<std::size_t>(entry)]);
+        }
+    }
+    return iodine;
+}
+
 std::vector<float> distal_iodine(const blood::ContrastFlow& contrast) {
     std::vector<float> iodine(contrast.distal_iodine().begin(), contrast.distal_iodine().end());
+    const std::vector<float> lumen = lumen_iodine(contrast);
     for (const blood::BloodFlow::Source& source : contrast.blood().sources)
-        iodine.push_back(contrast.iodine()[source.cell]);
+        iodine.push_back(lumen[static_cast<std::size_t>(source.cell)]);
     add_venous_iodine(contrast, iodine);
     return iodine;
 }

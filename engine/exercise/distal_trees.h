@@ -17,6 +17,9 @@ namespace exercise {
 std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy&, const blood::BloodFlow&,
                                               const std::vector<render::TissueLayer>&);
 
+/// In the lumen's cells, as the image shows it: what is given just inside an artery that begins in the image
+/// reaches back to its beginning, for no catheter is seen there [mg/ml].
+std::vector<float> lumen_iodine(const blood::ContrastFlow&);
 /// Concentration at the nodes: those of blood::DistalArteries, then one for each source of blood, then those
 /// of veins: add_venous_iodine [mg/ml].
 std::vector<float> distal_iodine(const blood::ContrastFlow&);

@@ -340,7 +340,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
         exposure.beat = scenario::contraction(simulation.time(), scenario.motion.heart_rate);
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
-        exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.vessel_iodine = lumen_iodine(contrast);
         exposure.vessel_streams = contrast.streams();
         exposure.distal_iodine = distal_iodine(contrast);
         exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);

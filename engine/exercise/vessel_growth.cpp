@@ -153,7 +153,8 @@ private:
               double radius, double time) {
         const double length = (to - from).norm();
         const Vec3 in = (direction + 0.15 * in_unit_ball(random_)).normalized();
-        const Winding winding(root_.winding, length, radius, direction, random_);
+        // Straight on from the lumen.
+        const Winding winding(time == 0 ? 0 : root_.winding, length, radius, direction, random_);
         if (length < 1e-3) return heading;
         // A mouth is little wider than the branch, and narrows over its width.
         const double mouth = std::min(before, 1.5 * radius), narrowing = std::min(2.5 * mouth, 0.6 * length);

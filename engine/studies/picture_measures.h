@@ -41,7 +41,8 @@ Structure structure_of(const render::Field&, double pixel);
 
 /// Vessels on a picture of an area.
 struct Ridges {
-    double length = 0, branches = 0;  // of lines and their forks and crossings [mm/cm²], [1/cm²]
+    double length = 0,
+           branches = 0;  // of lines; of their forks, of which a crossing makes up to three [mm/cm²], [1/cm²]
 };
 /// `dark`: larger where a vessel is, as the logarithm of what contrast takes of the signal; `pixel`: width of
 /// one [mm]; `area`: not 0 where to measure. Lines of 0.3 and 0.5 mm (standard deviation) whose curvature

@@ -1,6 +1,7 @@
 #include "engine/exercise/distal_trees.h"
 
 #include <cmath>
+#include <gtest/gtest.h>
 
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/mesh_query.h"
@@ -175,6 +176,51 @@ TEST(DistalTrees, NoStepWhereALumenEnds) {
             EXPECT_LT(steps.off, 0.15) << preset << ": " << outlets[k].end;
         }
     }
+}
+
+TEST(DistalTrees, ContrastGivenAtTheBeginningHasNoEdgeThere) {
+    blood::ContrastFlow contrast(test::iliac_renal());
+    contrast.inject({std::string("aorta"), 20, 20, 300});
+    for (int frame = 0; frame < 6; ++frame) contrast.step(1.0 / 15);
+    const std::vector<float> shown = lumen_iodine(contrast);
+    const blood::BloodFlow& blood = contrast.blood();
+    const auto source = static_cast<std::size_t>(blood.sources[0].cell);
+    const int entry = blood.entry_of(blood.cells[source].branch);
+    EXPECT_LT(contrast.iodine()[source], 0.5f * contrast.iodine()[static_cast<std::size_t>(entry)]);
+    EXPECT_EQ(shown[source], contrast.iodine()[static_cast<std::size_t>(entry)]);
+    EXPECT_EQ(distal_iodine(contrast)[blood.outlets.size() * blood::DistalArteries::bins], shown[source]);
+    for (std::size_t i = static_cast<std::size_t>(entry); i < shown.size(); ++i)
+        EXPECT_EQ(shown[i], contrast.iodine()[i]);
+}
+
+TEST(DistalTrees, VeinsLeadOnFromWhatArteriesSupply) {
+    const anatomy::Anatomy vessels =
+        anatomy::generated_anatomy(anatomy::vessel_preset("cerebral"), test::cache());
+    const blood::ContrastFlow contrast(vessels);
+    const auto pieces = distal_trees(vessels, contrast.blood(), tissue_layers(scenario::Scenario{}, vessels));
+    const std::size_t arteries =
+        contrast.blood().outlets.size() * blood::DistalArteries::bins + contrast.blood().sources.size();
+    const std::uint32_t nodes = distal_nodes(contrast.blood());
+    EXPECT_EQ(distal_iodine(contrast).size(), nodes);
+    EXPECT_EQ(distal_moves(contrast.blood(),
+                           std::vector<Eigen::Vector3f>(contrast.nodes().size(), Eigen::Vector3f(1, 2, 3)))
+                  .size(),
+              nodes);
+    double veins = 0, in_sinuses = 0, highest = -1e9, lowest = 1e9;
+    for (const render::VesselPiece& piece : pieces) {
+        ASSERT_TRUE(piece.from.allFinite() && piece.to.allFinite());
+        ASSERT_LT(piece.node, nodes);
+        if (piece.node < arteries) continue;
+        const double length = (piece.to - piece.from).norm();
+        veins += length;
+        if (piece.node >= nodes - blood::DistalArteries::bins) in_sinuses += length;
+        highest = std::max(highest, piece.to.z());
+        lowest = std::min(lowest, piece.to.z());
+    }
+    // From the vertex to the neck, sinuses and what leads to them.
+    EXPECT_GT(veins, 2000);
+    EXPECT_GT(in_sinuses, 700);
+    EXPECT_GT(highest - lowest, 180);
 }
 
 }  // namespace exercise
