@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -223,45 +224,68 @@ void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3
     add(mirrored, place);
 }
 
-void add_voids(Bones& bones, const shape::Compound& shape, int count, double largest, std::uint64_t field,
-               const Eigen::Isometry3d& place, bool mirror) {
+void Bones::add_grain(const shape::Surfaces& surfaces, const shape::Compound& shape, double per_area,
+                      double deepest, double coarsest, const Vec3& along, std::uint64_t field,
+                      const Eigen::Isometry3d& place, bool mirror) {
+    constexpr double finest = 0.5, power = 1.7;
+    const double rarest = std::pow(finest / coarsest, power);
     geometry::Random random(field);
-    const Vec3 low = shape.box().min(), size = shape.box().sizes();
-    for (int k = 0; k < count; ++k) {
-        const double x = random(), y = random(), z = random(),
-                     half = 1.0 + (largest - 1.0) * std::pow(random(), 3.0),
-                     across = random.between(0.6, 1.0), deep = random.between(0.6, 1.0),
-                     up = random.between(1.0, 1.8);
-        const Vec3 centre = low + Vec3(x, y, z).cwiseProduct(size);
+    const auto mirrored = [mirror](Vec3 p) {
+        if (mirror) p.x() = -p.x();
+        return p;
+    };
+    scatter(surfaces.outer, per_area, random, [&](const Vec3& at, const Vec3& inward) {
+        const double depth = random.between(0.5, deepest),
+                     radius = finest * std::pow(1.0 - random() * (1.0 - rarest), -1.0 / power),
+                     length = random.between(1.0, 1.5 + 2.5 / radius);
+        const double ax = random.between(-1, 1), ay = random.between(-1, 1), az = random.between(-1, 1);
+        const Vec3 centre = at + depth * inward;
         const shape::Compound::Value value = shape.at(centre);
-        if (value.distance > -(value.shell + 0.6 + half * up)) continue;
-        TriangleMesh blob = ellipsoid(Vec3::Zero(), half * Vec3(across, deep, up), half > 2.0 ? 8 : 6);
-        for (Vec3& v : blob.vertices) {
-            v += centre;
-            if (mirror) v.x() = -v.x();
-            v = place * v;
-        }
-        if (mirror)
-            for (auto& triangle : blob.triangles) std::swap(triangle[1], triangle[2]);
-        append(bones.voids, blob);
-    }
+        if (value.distance > -(value.shell + 0.2 + radius * (0.5 + 0.3 * length))) return;
+        Vec3 axis(ax, ay, az + 1e-6);
+        axis = (axis + 1.6 * (axis.dot(along) < 0.0 ? Vec3(-along) : along)).normalized();
+        // A fifth of the marrow is bone: no place has less than none.
+        const double strength = std::pow(finest / radius, 0.3);
+        TextureBlob blob;
+        blob.fraction = static_cast<float>((balance_ > 0.0 ? -0.22 : 0.30) * strength);
+        blob.middle = (place * mirrored(centre)).cast<float>();
+        blob.axis = (place.linear() * mirrored(axis)).cast<float>();
+        blob.radius = static_cast<float>(radius);
+        blob.elongation = static_cast<float>(length);
+        balance_ += content(blob);
+        trabeculae.push_back(blob);
+    });
 }
 
-void add_strut(TriangleMesh& mesh, const Vec3& from, const Vec3& to, double radius) {
-    const Vec3 along = (to - from).normalized(), u = along.unitOrthogonal(), v = along.cross(u);
-    const int first = static_cast<int>(mesh.vertices.size());
-    for (const Vec3& end : {from, to})
-        for (int k = 0; k < 3; ++k) {
-            const double angle = 2.0 * std::numbers::pi * k / 3.0;
-            mesh.vertices.push_back(end + radius * (std::cos(angle) * u + std::sin(angle) * v));
-        }
-    for (int k = 0; k < 3; ++k) {
-        const int a = first + k, b = first + (k + 1) % 3;
-        mesh.triangles.push_back({a, b, b + 3});
-        mesh.triangles.push_back({a, b + 3, a + 3});
-    }
-    mesh.triangles.push_back({first, first + 2, first + 1});
-    mesh.triangles.push_back({first + 3, first + 4, first + 5});
+void Bones::add_plaques(std::uint64_t field) {
+    constexpr double per_area = 0.30;  // [1/mm²]
+    geometry::Random random(field);
+    scatter(outer, per_area, random, [&](const Vec3& at, const Vec3& inward) {
+        const double x = random.between(-0.4, 0.4), y = random.between(-0.4, 0.4),
+                     z = random.between(-0.4, 0.4), depth = random.between(-0.2, 0.9), wide = random(),
+                     thick = random.between(0.9, 1.9);
+        TextureBlob blob;
+        blob.middle = (at + depth * inward).cast<float>();
+        blob.axis = (inward + Vec3(x, y, z)).normalized().cast<float>();
+        blob.radius = static_cast<float>(1.3 + 2.0 * wide * wide);
+        blob.elongation = static_cast<float>(thick) / blob.radius;
+        // Together as much bone as the meshes' shells lack.
+        const double lies = shape::thinner_by / per_area;
+        blob.fraction = static_cast<float>(
+            std::min(0.9, lies / (content(blob) / blob.fraction) * random.between(0.7, 1.3)));
+        trabeculae.push_back(blob);
+    });
+}
+
+void Bones::add_trabecula(const Vec3& from, const Vec3& to, double radius) {
+    TextureBlob blob;
+    blob.middle = (0.5 * (from + to)).cast<float>();
+    blob.axis = (to - from).normalized().cast<float>();
+    blob.radius = static_cast<float>(radius);
+    blob.elongation = static_cast<float>(0.6 * (to - from).norm() / radius);
+    blob.fraction = 0.5f;
+    balance_ += content(blob);
+    trabeculae.push_back(blob);
 }
 
 /// The sum of twelve uniform numbers, drawn again beyond ±2.5, is nearly normal; 0.961 is its deviation.
@@ -279,6 +303,25 @@ std::uint64_t Chance::field(std::string_view quantity, int index) const {
     return geometry::mixed(geometry::fnv1a(quantity, geometry::mixed(seed_ + geometry::golden_step)) +
                            static_cast<std::uint64_t>(index) * geometry::golden_step);
 }
+
+namespace {
+
+/// No half of a body is the mirror image of the other: how far what lies here is off the place that it has in
+/// a symmetrical one [mm]. The midline, with spine, heart and great vessels, stays.
+Vec3 askew(const Chance& chance, const std::array<std::uint64_t, 3>& fields, const Vec3& p) {
+    if (!chance.varied()) return Vec3::Zero();
+    // The skull is narrower, and its base has parts of a few millimetres.
+    const double up = std::clamp((p.z() - 470.0) / 60.0, 0.0, 1.0);
+    const double from = 28.0 - 22.0 * up, to = 85.0 - 45.0 * up, most = 7.0 - 3.4 * up;
+    const double t = std::clamp((std::abs(p.x()) - from) / (to - from), 0.0, 1.0);
+    if (t == 0.0) return Vec3::Zero();
+    Vec3 by;
+    for (int k = 0; k < 3; ++k)
+        by[k] = shape::noise(p, 130.0 - 50.0 * up, fields[k]) + 0.3 * shape::noise(p, 48.0, fields[k] + 1);
+    return most * t * t * (3.0 - 2.0 * t) * by;
+}
+
+}  // namespace
 
 PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace& place) {
     PatientSpec spec;
@@ -322,11 +365,17 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     low -= margin;
     high = std::min(high + margin, head_top);
 
+    const Chance chance(spec.seed);
+    const std::array<std::uint64_t, 3> fields = {chance.field("askew", 0), chance.field("askew", 1),
+                                                 chance.field("askew", 2)};
     std::vector<VesselSample> vessels;
     double front = skin_at(chest_middle).middle - skin_at(chest_middle).half_depth;
     for (const VesselSample& sample : spec.vessels) {
         const Vec3 place = sample.place - spec.origin;
-        vessels.push_back({place, sample.radius});
+        // Where it is once all that makes room for it is askew.
+        Vec3 straight = place;
+        for (int k = 0; k < 3; ++k) straight = place - askew(chance, fields, straight);
+        vessels.push_back({straight, sample.radius});
         // Sternum and chest wall lie in front of the foremost vessel.
         if (place.z() > chest.low && place.z() < 380.0)
             front = std::min(front, place.y() - sample.radius - 34.0);
@@ -340,7 +389,6 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     const Outline outline{spec, thorax, low, high};
 
     Bones bones;
-    const Chance chance(spec.seed);
     // Bones that no view reaches are left out.
     constexpr double beyond = 60.0;
     add_spine(bones, chance, std::max(low + 20.0, from - beyond), std::min(high - 20.0, to + beyond));
@@ -348,18 +396,17 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     if (with_chest) add_cage(bones, thorax, chance, to > 340.0);
     if (with_head && to > 560.0) add_head_bones(bones, chance);
 
+    bones.add_plaques(chance.field("plaques of the cortex"));
+
     std::vector<TissueLayer> layers;
     layers.push_back({"skin and fat", Material::Adipose, Material::Air,
                       surface_of(trunk(outline, 0.0, 0.0), skin_cell), false});
     layers.push_back({"trunk", Material::SoftTissue, Material::Adipose,
                       surface_of(trunk(outline, 1.0, 0.0), skin_cell), false});
     layers.push_back({"bones", Material::CorticalBone, Material::SoftTissue, std::move(bones.outer), false});
+    layers.back().texture_blobs = std::move(bones.trabeculae);
     layers.push_back(
         {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
-    layers.push_back(
-        {"trabeculae", Material::CorticalBone, Material::TrabecularBone, std::move(bones.struts), false});
-    layers.push_back(
-        {"marrow voids", Material::SoftTissue, Material::TrabecularBone, std::move(bones.voids), false});
     if (with_abdomen) {
         // Behind the wall of the belly, in front of the muscles of the back, above the floor of the pelvis
         // and below the diaphragm.
@@ -384,8 +431,11 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         tissue_texture(chance, textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
                                                std::min(high, to + beyond)));
     for (TissueLayer& layer : layers) {
-        for (Vec3& v : layer.mesh.vertices) v += spec.origin;
-        for (TextureBlob& blob : layer.texture_blobs) blob.middle += spec.origin.cast<float>();
+        for (Vec3& v : layer.mesh.vertices) v += askew(chance, fields, v) + spec.origin;
+        for (TextureBlob& blob : layer.texture_blobs) {
+            const Vec3 middle = blob.middle.cast<double>();
+            blob.middle = (middle + askew(chance, fields, middle) + spec.origin).cast<float>();
+        }
     }
     return layers;
 }

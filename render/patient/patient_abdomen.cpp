@@ -34,7 +34,10 @@ shape::Solid lumen_of(const Bowel& bowel, const std::vector<shape::Station>& cou
     const Vec3 offset = course.front().at;
     const auto inset = [=](double s, double angle) {
         const double uneven =
-            0.22 * radius * shape::noise(Vec3(s, 8.0 * angle, 0.0) + offset, 2.2 * radius, field);
+            0.22 * radius * shape::noise(Vec3(s, 8.0 * angle, 0.0) + offset, 2.2 * radius, field) +
+            0.10 * radius *
+                shape::noise(Vec3(s, radius * std::cos(angle), radius * std::sin(angle)) + offset, 9.0,
+                             field + 3);
         if (fold <= 0.0) return uneven;
         double deepest = 0.0;
         for (int sector = 0; sector < 3; ++sector) {
@@ -166,37 +169,38 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
     return loops;
 }
 
-/// TextureBlobs of stool with gas between them: where mottled bubbles lie in the colon. They lie apart from
-/// one another and from larger gas: where two enclose a place, it would be lighter than air.
-void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, int count, std::uint64_t field,
-                 const std::vector<shape::Compound>& pockets) {
+/// Stool with gas in it, as places of more and of less gas in a mottled colon. They lie apart from the larger
+/// gas: where two enclose a place, it would be lighter than air.
+void add_stool(std::vector<TextureBlob>& gas, const std::vector<shape::Station>& course, int count,
+               std::uint64_t field, const std::vector<shape::Compound>& pockets) {
     geometry::Random random(field);
-    struct Bubble {
-        Vec3 centre;
-        double reach;
-    };
-    std::vector<Bubble> bubbles;
     for (int k = 0; k < count; ++k) {
         const double at = random() * (static_cast<double>(course.size()) - 1.001),
-                     angle = random.between(0, 2 * pi), out = 0.8 * std::sqrt(random());
+                     angle = random.between(0, 2 * pi), out = 0.85 * std::sqrt(random()),
+                     along = random.between(-0.3, 0.3);
         const auto i = static_cast<std::size_t>(at);
         const double t = at - static_cast<double>(i);
         const shape::Station &a = course[i], &b = course[i + 1];
         const double wide = a.a + t * (b.a - a.a);
-        const Vec3 centre = a.at + t * (b.at - a.at) +
-                            out * wide * Vec3(std::cos(angle), std::sin(angle), random.between(-0.3, 0.3));
-        const double size = 0.9 + 2.6 * std::pow(random(), 2.5);
-        const double x = random.between(0.6, 1.4), y = random.between(0.6, 1.2), z = random.between(0.6, 1.4);
-        const double reach = size * std::max({x, y, z});
-        if (std::any_of(
-                bubbles.begin(), bubbles.end(),
-                [&](const Bubble& other) { return (centre - other.centre).norm() < reach + other.reach; }) ||
+        const Vec3 centre =
+            a.at + t * (b.at - a.at) + out * wide * Vec3(std::cos(angle), std::sin(angle), along);
+        const double x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1),
+                     chosen = random();
+        TextureBlob blob;
+        blob.middle = centre.cast<float>();
+        blob.axis = Vec3(x, y, z + 1e-6).normalized().cast<float>();
+        blob.radius = static_cast<float>(0.9 + 4.2 * chosen * chosen * chosen);
+        blob.elongation = static_cast<float>(random.between(0.6, 2.2));
+        blob.fraction = static_cast<float>(random.between(0.15, 0.6));
+        const double reach = blob.radius * std::max(1.0f, blob.elongation);
+        // Stool lies in lumps, with more gas between them than in them.
+        if (shape::noise(centre, 17.0, field + 1) < random.between(-1.0, 0.6) ||
             std::any_of(pockets.begin(), pockets.end(), [&](const shape::Compound& pocket) {
-                return pocket.at(centre).distance < reach + 0.5;
+                return pocket.box().exteriorDistance(centre) < reach &&
+                       pocket.at(centre).distance < reach + 0.5;
             }))
             continue;
-        bubbles.push_back({centre, reach});
-        append(gas, ellipsoid(centre, size * Vec3(x, y, z), 6));
+        gas.push_back(blob);
     }
 }
 
@@ -248,60 +252,134 @@ shape::Solid psoas(const Side side) {
                         Vec3::UnitX());
 }
 
-/// Streaks of fat between the bundles of the muscles behind, along them.
-void add_streaks(TriangleMesh& fat, const Chance& chance, const shape::Solid& flesh) {
-    geometry::Random random(chance.field("fat between muscle fibres"));
-    for (int k = 0; k < 420; ++k) {
-        const double sign = random() < 0.5 ? -1.0 : 1.0, x = random.between(12, 118), depth = random(),
-                     z = random.between(-150, 190), lean = random.between(-0.12, 0.12);
-        // Long muscles of the back beside the spine, gluteal ones below the crest.
-        const bool gluteal = z < -50.0;
-        const double y =
-            gluteal ? 62.0 + 26.0 * depth - 0.1 * std::abs(x - 60.0) : 52.0 + 34.0 * depth - 0.16 * x;
-        if (gluteal && x < 45.0) continue;
-        const double size = 1.3 + 3.6 * std::pow(random(), 3.0), length = random.between(8, 34);
-        const Vec3 direction = gluteal ? Vec3(sign * 0.75, -0.15, -0.66) : Vec3(lean, 0.08, 1.0).normalized();
-        const Vec3 at(sign * x, y, z);
-        if (std::max(flesh.distance(at - length * direction), flesh.distance(at + length * direction)) >
-            -1.5 * size - 2.0)
-            continue;
-        append(fat,
-               tube({at - length * direction, at - 0.8 * length * direction, at - 0.3 * length * direction,
-                     at + 0.3 * length * direction, at + 0.8 * length * direction, at + length * direction},
-                    Vec3::UnitX() + 0.2 * Vec3::UnitY(),
-                    {0.1 * size, 0.6 * size, size, 0.9 * size, 0.6 * size, 0.1 * size},
-                    {0.1 * size, 0.8 * size, 1.5 * size, 1.3 * size, 0.7 * size, 0.1 * size}, 6));
+/// Fat that parts a muscle from its neighbours: flakes along its surface, here more and there less.
+void add_fat_plane(std::vector<TextureBlob>& fat, const shape::Solid& muscle, const shape::Solid& flesh,
+                   double thick, std::uint64_t field) {
+    constexpr double per_area = 0.034;  // [1/mm²]
+    geometry::Random random(field);
+    shape::Compound one;
+    one.add(muscle);
+    scatter(shape::polygonised(one, 8.0).outer, per_area, random, [&](const Vec3& at, const Vec3& inward) {
+        const double x = random.between(-0.15, 0.15), y = random.between(-0.15, 0.15),
+                     z = random.between(-0.15, 0.15), depth = random.between(-0.8, 0.8), wide = random();
+        const double much = 0.65 + 0.8 * shape::noise(at, 34.0, field + 1);
+        if (much < 0.1) return;
+        TextureBlob blob;
+        blob.middle = (at + depth * inward).cast<float>();
+        blob.axis = (inward + Vec3(x, y, z)).normalized().cast<float>();
+        blob.radius = static_cast<float>(4.5 + 5.0 * wide);
+        blob.elongation = static_cast<float>(1.5 * thick * std::min(much, 1.4) / blob.radius);
+        blob.fraction = 0.7f;
+        if (flesh.distance(at) < -1.0 - blob.radius) fat.push_back(blob);
+    });
+}
+
+/// Streaks of fat between the bundles of a muscle, along it.
+void add_fat_streaks(std::vector<TextureBlob>& fat, const std::vector<shape::Station>& course, int count,
+                     std::uint64_t field) {
+    geometry::Random random(field);
+    for (int k = 0; k < count; ++k) {
+        const double at = random() * (static_cast<double>(course.size()) - 1.001),
+                     x = random.between(-0.9, 0.9), y = random.between(-0.9, 0.9), size = random(),
+                     length = random.between(8, 30), lean_x = random.between(-0.08, 0.08),
+                     lean_y = random.between(-0.08, 0.08);
+        if (x * x + y * y > 0.9) continue;
+        const auto i = static_cast<std::size_t>(at);
+        const double t = at - static_cast<double>(i);
+        const shape::Station &a = course[i], &b = course[i + 1];
+        TextureBlob blob;
+        blob.middle =
+            (a.at + t * (b.at - a.at) + Vec3(x * (a.a + t * (b.a - a.a)), y * (a.b + t * (b.b - a.b)), 0.0))
+                .cast<float>();
+        blob.axis = ((b.at - a.at).normalized() + Vec3(lean_x, lean_y, 0.0)).normalized().cast<float>();
+        blob.radius = static_cast<float>(0.7 + 1.7 * size * size * size);
+        blob.elongation = static_cast<float>(length / (1.0 + blob.radius) / blob.radius);
+        blob.fraction = 0.75f;
+        fat.push_back(blob);
     }
 }
 
-/// Fat between the muscles of the thighs, as streaks around the femora.
-void add_thigh_streaks(TriangleMesh& fat, const Chance& chance, const shape::Solid& flesh) {
-    geometry::Random random(chance.field("fat of the thighs"));
-    for (int k = 0; k < 300; ++k) {
-        const Side side = random() < 0.5 ? left : right;
-        const double z = random.between(-520, -215), angle = random.between(0, 2 * pi),
-                     away = random.between(24, 50);
-        // Septa run around the bone at a few angles; the rest lies anywhere.
-        const double at_angle =
-            random() < 0.6 ? std::round(angle / 1.25) * 1.25 + random.between(-0.1, 0.1) : angle;
-        const Vec3 femur = Vec3(126.0 + 0.115 * (z + 200.0), 4.0, z);
-        const Vec3 out(0.75 * std::cos(at_angle), std::sin(at_angle), 0.0);
-        const Vec3 at = femur + away * out - Vec3(20.0, 0, 0);
-        const double lean_y = random.between(-0.06, 0.06), lean_x = random.between(-0.08, 0.02);
-        const Vec3 direction(lean_x, lean_y, 1.0);
-        const double size = 1.0 + 2.6 * std::pow(random(), 2.0), length = random.between(14, 38);
-        if ((at - femur).head<2>().norm() < 22.0) continue;
-        Polyline path;
-        std::vector<double> a, b;
-        for (const double t : {-1.0, -0.8, -0.3, 0.3, 0.8, 1.0}) {
-            const Vec3 p = at + t * length * direction;
-            path.push_back(side.at(p.x(), p.y(), p.z()));
-            const double fraction = std::abs(t) > 0.9 ? 0.1 : std::abs(t) > 0.5 ? 0.6 : 1.0;
-            a.push_back(fraction * size);
-            b.push_back(2.2 * fraction * size);
+/// Muscles of the back, the belly's front, the buttocks and the thighs: where fat parts them.
+void add_muscles(std::vector<TextureBlob>& fat, const Chance& chance, double front,
+                 const shape::Solid& flesh) {
+    struct Muscle {
+        std::vector<shape::Station> course;
+        int streaks;
+        double thick;  // of the fat around it [mm]
+    };
+    int index = 0;
+    for (const Side side : {left, right}) {
+        const auto at = [&](double x, double y, double z) { return side.at(x, y, z); };
+        const Muscle muscles[] = {// Long muscles of the back, and the square one beside them.
+                                  {{{at(28, 64, -96), 14, 12},
+                                    {at(38, 68, -20), 27, 21},
+                                    {at(38, 68, 70), 28, 22},
+                                    {at(36, 74, 150), 25, 19},
+                                    {at(34, 84, 230), 22, 14}},
+                                   150,
+                                   1.5},
+                                  {{{at(70, 40, -32), 15, 8},
+                                    {at(60, 38, 20), 17, 9},
+                                    {at(50, 38, 80), 14, 8},
+                                    {at(42, 36, 122), 9, 6}},
+                                   30,
+                                   1.3},
+                                  {{{at(32, front + 26, 140), 30, 5},
+                                    {at(34, front + 24, 60), 32, 5.5},
+                                    {at(34, front + 24, -20), 32, 6},
+                                    {at(28, front + 32, -110), 24, 7}},
+                                   30,
+                                   1.1},
+                                  // Buttocks.
+                                  {{{at(36, 88, -66), 12, 10},
+                                    {at(62, 88, -104), 28, 16},
+                                    {at(92, 74, -152), 34, 19},
+                                    {at(118, 52, -206), 20, 14}},
+                                   130,
+                                   1.9},
+                                  {{{at(108, 46, -36), 15, 9},
+                                    {at(126, 34, -78), 19, 14},
+                                    {at(138, 24, -128), 17, 14},
+                                    {at(139, 16, -162), 8, 8}},
+                                   60,
+                                   1.4},
+                                  // Thighs: in front, outside, inside, behind, and the long one across.
+                                  {{{at(112, -34, -176), 20, 15},
+                                    {at(106, -36, -270), 33, 25},
+                                    {at(98, -32, -400), 36, 27},
+                                    {at(92, -28, -540), 32, 25}},
+                                   110,
+                                   1.5},
+                                  {{{at(142, -4, -196), 13, 24},
+                                    {at(138, -6, -300), 19, 33},
+                                    {at(124, -4, -420), 21, 33},
+                                    {at(116, -4, -540), 19, 28}},
+                                   90,
+                                   1.3},
+                                  {{{at(44, -8, -182), 18, 22},
+                                    {at(58, -2, -255), 29, 29},
+                                    {at(72, 2, -360), 26, 27},
+                                    {at(84, 6, -480), 16, 19}},
+                                   120,
+                                   1.7},
+                                  {{{at(72, 38, -206), 19, 16},
+                                    {at(84, 44, -290), 29, 21},
+                                    {at(88, 42, -400), 29, 21},
+                                    {at(88, 38, -540), 23, 18}},
+                                   110,
+                                   1.8},
+                                  {{{at(126, -58, -92), 8, 6},
+                                    {at(104, -64, -180), 10, 7},
+                                    {at(66, -56, -300), 11, 7},
+                                    {at(44, -34, -440), 10, 8}},
+                                   20,
+                                   1.4}};
+        for (const Muscle& muscle : muscles) {
+            add_fat_plane(fat, shape::sweep(muscle.course, Vec3::UnitX()), flesh, muscle.thick,
+                          chance.field("planes of fat", index));
+            add_fat_streaks(fat, muscle.course, 2 * muscle.streaks, chance.field("streaks of fat", index));
+            ++index;
         }
-        if (std::max(flesh.distance(path.front()), flesh.distance(path.back())) > -2.2 * size - 2.0) continue;
-        append(fat, tube(path, side.at(-out.y(), out.x(), 0.0), a, b, 6));
     }
 }
 
@@ -381,8 +459,14 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
                 one.add(lumen_of(bowel, course, field), 0.0, 0.0);
                 // The patient lies: gas is in front of the fluid.
                 const shape::Station& middle = course[course.size() / 2];
-                one.keep(shape::half_space(middle.at + Vec3(0, bubble.level * middle.b, 0), Vec3(0, 1, 0.02)),
-                         2.0);
+                // What is in the bowel is no still water: its surface is uneven.
+                const Vec3 level = middle.at + Vec3(0, bubble.level * middle.b, 0);
+                one.keep({[=](const Vec3& p) {
+                              return 0.6 * (p.y() - level.y() + 7.0 * shape::noise(p, 21.0, field + 5) +
+                                            3.0 * shape::noise(p, 9.0, field + 6));
+                          },
+                          shape::half_space(level, Vec3(0, 1, 0.02)).box},
+                         5.0);
                 one.keep(inner, 0.0);
                 for (const shape::Solid& kidney : kidneys) one.cut(shape::grown(kidney, 5.0), 0.0);
                 // Neighbours press on each other, with two walls between.
@@ -402,17 +486,17 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
     for (const shape::Solid& kidney : kidneys) fat.add(shape::grown(kidney, 2.5), 0.0, 0.0);
     layers.push_back({"abdominal fat", Material::Adipose, Material::SoftTissue,
                       shape::polygonised(fat, fat_cell).outer, false});
-    TriangleMesh streaks;
-    add_streaks(streaks, chance, flesh);
-    add_thigh_streaks(streaks, chance, flesh);
-    layers.push_back({"fat streaks", Material::Adipose, Material::SoftTissue, std::move(streaks), false});
+    add_muscles(layers.back().texture_blobs, chance, front, flesh);
     add_kidney_layers(layers, chance, left, on_left);
     add_kidney_layers(layers, chance, right, on_right);
     if (!with_gas) return;
-    add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0), pockets);
-    add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1), pockets);
-    add_bubbles(gas, part_of(large[3].course, 0.55, 0.95), 60, chance.field("bubbles", 2), pockets);
+    std::vector<TextureBlob> stool;
+    add_stool(stool, part_of(large[0].course, 0.0, 0.95), 1500, chance.field("stool", 0), pockets);
+    add_stool(stool, part_of(large[1].course, 0.3, 0.9), 700, chance.field("stool", 1), pockets);
+    add_stool(stool, part_of(large[2].course, 0.0, 1.0), 900, chance.field("stool", 2), pockets);
+    add_stool(stool, part_of(large[3].course, 0.35, 0.95), 900, chance.field("stool", 3), pockets);
     layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, std::move(gas), false});
+    layers.back().texture_blobs = std::move(stool);
 }
 
 }  // namespace render

@@ -38,7 +38,7 @@ Vec3 behind(const Chest& chest, double x, double z, double gap) {
 }
 
 /// The left shoulder blade, 150 mm high and 100 wide (texts), its body 2 to 3 mm thick.
-shape::Compound shoulder_blade(const Chest& chest) {
+shape::Compound shoulder_blade(const Chest& chest, const Chance& chance) {
     shape::Compound bone;
     const Vec3 glenoid = shoulder_joint(chest) + Vec3(-26, 2, -2);
     struct Row {
@@ -77,12 +77,13 @@ shape::Compound shoulder_blade(const Chest& chest) {
                           Vec3::UnitX()),
              1.0, 4.0);
     bone.cut(shape::ball(shoulder_joint(chest), 26.5), 0.5);
+    bone.roughen(0.35, 0.2, chance.field("shoulder blade"));
     return bone;
 }
 
 /// The left humerus: head 48 mm in diameter (Iannotti 1992: 46 ± 2), 310 mm long, shaft 24 mm wide with walls
 /// of 4.5 mm (texts).
-shape::Compound humerus(const Chest& chest) {
+shape::Compound humerus(const Chest& chest, const Chance& chance) {
     const Vec3 head = shoulder_joint(chest), direction = arm_direction(chest),
                across = direction.cross(Vec3::UnitY()).normalized();
     const Vec3 outward = across.dot(Vec3(1, 0, 1)) > 0.0 ? across : Vec3(-across);
@@ -108,18 +109,18 @@ shape::Compound humerus(const Chest& chest) {
     bone.add(shape::ball(head, 23.0), 0.8, 4.0);
     bone.add(shape::ellipsoid(at(6, 22, 4), Vec3(9, 12, 9)), 0.8, 7.0);
     bone.add(shape::ellipsoid(at(14, 6, -18), Vec3(7, 7, 7)), 0.8, 6.0);
-    bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 14.0, 4.0, 0.5, 77); }, 0.7);
+    bone.roughen(0.35, 0.4, chance.field("humerus"));
     return bone;
 }
 
 /// The left collar bone, 145 mm long, S-shaped.
-shape::Compound collar_bone(const Chest& chest) {
+shape::Compound collar_bone(const Chest& chest, const Chance& chance) {
     const CageSection top = chest.section(405.0);
     const double manubrium = top.middle - top.half_depth - 7.0;
     shape::Compound bone;
     bone.add(
-        shape::sweep({{Vec3(14, manubrium + 2.0, 407), 10.5, 9.5},
-                      {Vec3(24, manubrium + 0.0, 410), 9.6, 9},
+        shape::sweep({{Vec3(14, manubrium + 2.0, 407), 9.0, 8.5},
+                      {Vec3(24, manubrium + 0.0, 410), 8.4, 8},
                       {Vec3(36, manubrium - 2.5, 413.5), 7.6, 7.8},
                       {Vec3(50, manubrium - 3.0, 417), 6.3, 6.6},
                       {Vec3(70, manubrium + 3.0, 421), 5.6, 6},
@@ -128,26 +129,30 @@ shape::Compound collar_bone(const Chest& chest) {
                       {Vec3(132, manubrium + 49.0, 437), 4.6, 9.5},
                       {Vec3(140, manubrium + 50.0, 437), 3.8, 7.5}},
                      Vec3::UnitZ()),
-        [](const Vec3& p) { return 1.1 + 1.2 * std::exp(-std::pow((p.x() - 80.0) / 34.0, 4.0)); }, 2.3, 0.0);
+        [](const Vec3& p) { return 0.7 + 1.4 * std::exp(-std::pow((p.x() - 80.0) / 34.0, 4.0)); }, 2.1, 0.0);
     // The joint's face, flat, toward the manubrium; the other end is cut toward the acromion.
-    bone.cut(shape::half_space(Vec3(19, manubrium, 409), Vec3(1.0, 0.15, 0.35)), 2.5);
-    bone.cut(shape::half_space(Vec3(141, manubrium + 50.0, 437), Vec3(-1.0, -0.35, 0.0)), 2.0);
-    bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 12.0, 4.0, 0.5, 78); }, 0.7);
+    bone.cut(shape::half_space(Vec3(19, manubrium, 409), Vec3(1.0, 0.15, 0.35)), 7.0);
+    bone.cut(shape::half_space(Vec3(141, manubrium + 50.0, 437), Vec3(-1.0, -0.35, 0.0)), 5.0);
+    bone.roughen(0.4, 0.35, chance.field("collar bone"));
     return bone;
 }
 
-void add_shoulders(Bones& bones, const Chest& chest) {
-    for (const auto& [bone, cell] : {std::pair{shoulder_blade(chest), blade_cell},
-                                     {humerus(chest), shoulder_cell},
-                                     {collar_bone(chest), shoulder_cell}}) {
+void add_shoulders(Bones& bones, const Chest& chest, const Chance& chance) {
+    int index = 0;
+    for (const auto& [bone, cell] : {std::pair{shoulder_blade(chest, chance), blade_cell},
+                                     {humerus(chest, chance), shoulder_cell},
+                                     {collar_bone(chest, chance), shoulder_cell}}) {
         const shape::Surfaces surfaces = shape::polygonised(bone, cell);
         bones.add(surfaces);
         bones.add_mirrored(surfaces);
+        for (const bool mirrored : {false, true})
+            bones.add_grain(surfaces, bone, 0.25, 9.0, 3.0, Vec3(0.4, 0, 0.3),
+                            chance.field("shoulder grain", index++), Eigen::Isometry3d::Identity(), mirrored);
     }
 }
 
 /// Manubrium, body and xiphoid process, with the joints between them. 17 to 18 cm long (texts).
-void add_sternum(Bones& bones, const Chest& chest) {
+void add_sternum(Bones& bones, const Chest& chest, const Chance& chance) {
     const auto at = [&](double z) -> Vec3 {
         const CageSection cage = chest.section(z);
         return {0.0, cage.middle - cage.half_depth - pleura_to_rib - 3.5, z};
@@ -168,27 +173,49 @@ void add_sternum(Bones& bones, const Chest& chest) {
              0.8, 0.0);
     bone.add(shape::sweep({{at(262), 6, 2.6}, {at(248), 4.5, 2}, {at(238), 3, 1.6}}, Vec3::UnitX()), 0.6,
              0.0);
-    bones.add(shape::polygonised(bone, 2.2));
+    bone.roughen(0.5, 0.3, chance.field("sternum"));
+    const shape::Surfaces surfaces = shape::polygonised(bone, 2.2);
+    bones.add(surfaces);
+    bones.add_grain(surfaces, bone, 0.4, 5.0, 3.0, Vec3(0, 0, 0.4), chance.field("sternal grain"));
 }
 
-/// Specks of calcium in the cartilage between ribs and sternum, as after the age of forty.
-void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance, int number,
-                          const Vec3& rib_end, Side side) {
-    if (number > 7) return;
+/// Cartilage from a rib's end toward the sternum, a little denser than flesh, less and less of it along the
+/// way, with specks of calcium at its borders as after the age of forty.
+void add_cartilage(Bones& bones, const Chest& chest, const Chance& chance, int number, const Vec3& rib_end,
+                   double half_height, Side side) {
+    if (number > 10) return;
     geometry::Random random(chance.field("costal cartilage", 2 * number + (side.sign > 0 ? 0 : 1)));
     const double meets = number <= 7 ? 405.0 - 19.0 * number : 262.0 + 4.0 * (10 - number);
     const CageSection cage = chest.section(meets);
     const Vec3 to = side.at(number <= 7 ? 17.0 : 34.0 + 14.0 * (number - 7),
                             cage.middle - cage.half_depth - pleura_to_rib, meets);
-    const int count = 10 + static_cast<int>(12.0 * random());
+    const Vec3 direction = (to - rib_end).normalized();
+    const auto at = [&](double t) {
+        return Vec3(rib_end + t * (to - rib_end) -
+                    Vec3(0, 4.0 * std::min(1.0, 4.0 * t), 14.0 * std::sin(std::numbers::pi * t)));
+    };
+    TextureBlob blob;
+    blob.axis = direction.cast<float>();
+    constexpr double step = 4.0;  // [mm]
+    const double length = (to - rib_end).norm();
+    for (double s = -3.0; s < length; s += step) {
+        blob.middle = at(s / length).cast<float>();
+        blob.radius = static_cast<float>(half_height * random.between(0.9, 1.1));
+        blob.elongation = 1.5f;
+        blob.fraction =
+            static_cast<float>(0.10 * std::exp(-std::max(s, 0.0) / 9.0) + 0.035 * random.between(0.6, 1.4));
+        bones.trabeculae.push_back(blob);
+    }
+    const int count = 30 + static_cast<int>(40.0 * random());
     for (int k = 0; k < count; ++k) {
-        const double t = random(), along = random.between(1.0, 4.5), radius = random.between(0.25, 0.7),
-                     x = random.between(-4, 4), side = random() < 0.5 ? -1 : 1,
-                     z = side * random.between(3.0, 5.5), y = random.between(-1, 1);
-        const Vec3 direction = (to - rib_end).normalized();
-        const Vec3 p = rib_end + t * (to - rib_end) - Vec3(0, 4.0, 14.0 * std::sin(std::numbers::pi * t)) +
-                       Vec3(x, y, z);
-        add_strut(bones.outer, p - along * direction, p + along * direction, radius);
+        const double t = std::pow(random(), 1.6), radius = 0.4 + 1.1 * std::pow(random(), 3.0),
+                     x = random.between(-4, 4), edge = random() < 0.5 ? -1 : 1,
+                     z = edge * random.between(0.5, 1.0) * half_height, y = random.between(-2, 2);
+        blob.middle = (at(t) + Vec3(x, y, z)).cast<float>();
+        blob.radius = static_cast<float>(radius);
+        blob.elongation = static_cast<float>(random.between(1.0, 4.0));
+        blob.fraction = static_cast<float>(random.between(0.15, 0.6));
+        bones.trabeculae.push_back(blob);
     }
 }
 
@@ -236,10 +263,10 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
     };
     // Head at the vertebra, neck behind the lung.
     const CageSection at_neck = chest.section(top);
-    add(side.at(origin.half_width + 1.0, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.8, 0.7);
+    add(side.at(origin.half_width + 2.6, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.5, 0.4);
     add(side.at(origin.half_width + 12.0, at_neck.middle + at_neck.half_depth + pleura_to_rib + 1.0,
                 top + 1.0),
-        0.72, 0.9);
+        0.62, 0.5);
     double start = 0.40;  // where the rib meets the cage: well outside its neck [rad]
     while (at_neck.point(start, top, rib_gap(top)).x() < origin.half_width + 24.0) start += 0.02;
     const int steps = static_cast<int>(6.0 + 8.0 * rib.reach);
@@ -256,19 +283,23 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
         const double uneven = 1.0 + 0.05 * shape::noise(Vec3(90.0 * t, 40.0, 0), 9.0, field);
         add(p, uneven * (1.0 + 0.10 * ahead * ahead), 1.0 - 0.55 * ahead);
     }
-    // Cupped in front, where the cartilage begins.
+    // Thins out in front, where the cartilage begins.
     const Vec3 end = sections.back().at, on = (end - sections[sections.size() - 2].at).normalized();
-    add(end + 1.6 * on, 1.0, 0.4);
-    add(end + 2.6 * on, 0.7, 0.4);
+    add(end + 1.6 * on, 1.0, 0.3);
+    add(end + 2.6 * on, 0.8, 0.3);
+    for (std::size_t back = 0; back < 5 && back < sections.size(); ++back)
+        sections[sections.size() - 1 - back].half_thickness *= 0.45 + 0.11 * static_cast<double>(back);
     std::vector<Polyline> outer, core;
-    for (std::size_t i = 0; i < sections.size(); ++i) {
+    // Backward, so that the head, which lies beside the cage's middle, does not turn the sections over.
+    Vec3 inward = sections.back().inward;
+    for (std::size_t i = sections.size(); i-- > 0;) {
         RibSection& section = sections[i];
         const Vec3 along =
             (sections[std::min(i + 1, sections.size() - 1)].at - sections[i == 0 ? 0 : i - 1].at)
                 .normalized();
         section.up = (Vec3::UnitZ() - along.z() * along).normalized();
         const Vec3 across = along.cross(section.up);
-        section.inward = across.dot(section.inward) > 0.0 ? across : Vec3(-across);
+        section.inward = inward = across.dot(inward) > 0.0 ? across : Vec3(-across);
     }
     for (const RibSection& section : sections) outer.push_back(ring_of(section, false));
     // The core ends short of the lids.
@@ -277,7 +308,7 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
     for (const RibSection& section : sections) core.push_back(ring_of(section, true));
     append(bones.outer, loft(outer));
     append(bones.core, loft(core));
-    add_cartilage_specks(bones, chest, chance, number, end + 2.6 * on, side);
+    add_cartilage(bones, chest, chance, number, end, rib.half_height, side);
 }
 
 }  // namespace
@@ -320,8 +351,8 @@ void add_cage(Bones& bones, const Chest& chest, const Chance& chance, bool shoul
     for (int number = 1; number <= 12; ++number) {
         for (const Side side : {left, right}) add_rib(bones, chest, chance, number, side);
     }
-    add_sternum(bones, chest);
-    if (shoulders) add_shoulders(bones, chest);
+    add_sternum(bones, chest, chance);
+    if (shoulders) add_shoulders(bones, chest, chance);
 }
 
 }  // namespace render

@@ -20,18 +20,20 @@ constexpr double lung_gap = 2.5;  // between a lung and what it lies against [mm
 struct Chamber {
     Vec3 centre, axis;
     double along, across;
-    double fraction(const Vec3& p) const {  // 1 on the surface
+    double distance(const Vec3& p) const {
         const Vec3 d = p - centre;
         const double a = d.dot(axis), c2 = d.squaredNorm() - a * a;
-        return std::sqrt(a * a / (along * along) + c2 / (across * across));
+        return across * (std::sqrt(a * a / (along * along) + c2 / (across * across)) - 1.0);
     }
 };
 
 /// The heart's chambers, relative to the valve as the coronary arteries run on them. From in front their
-/// outline is, on the right, the right atrium; on the left, from above, the auricle and the left ventricle.
+/// outline is, on the right, the right atrium between the two caval veins; on the left, from above, the
+/// pulmonary trunk, the auricle and the left ventricle.
 struct Heart {
+    static constexpr std::size_t own = 5;  // chambers; what follows are great vessels and fat
     Vec3 middle;
-    std::array<Chamber, 5> chambers;
+    std::array<Chamber, 10> chambers;
 
     static Heart standard() {
         const Vec3 valve = place_in_body(geometry::Landmark::AorticValve);
@@ -39,20 +41,25 @@ struct Heart {
             return Chamber{valve + off, axis.normalized(), along, across};
         };
         return {valve + Vec3(14, 4, -28),
-                {chamber(Vec3(37, 8, -35), Vec3(0.74, -0.36, -0.57), 68, 41),   // left ventricle
+                {chamber(Vec3(40, 8, -36), Vec3(0.74, -0.36, -0.57), 74, 40),   // left ventricle
                  chamber(Vec3(14, -3, -38), Vec3(0.90, -0.20, -0.38), 56, 38),  // right ventricle
-                 chamber(Vec3(-9, 12, -24), Vec3(0.10, 0.10, 1.00), 46, 34),    // right atrium
+                 chamber(Vec3(-11, 11, -25), Vec3(0.14, 0.10, 1.00), 50, 30),   // right atrium
                  chamber(Vec3(10, 33, -8), Vec3(1.00, 0.00, 0.10), 38, 30),     // left atrium
-                 chamber(Vec3(34, 2, 4), Vec3(0.50, -0.20, 0.85), 33, 21)}};    // auricle, outflow tract
+                 chamber(Vec3(34, 2, 4), Vec3(0.50, -0.20, 0.85), 33, 21),      // auricle, outflow tract
+                 chamber(Vec3(-17, 20, 36), Vec3(0.06, 0.10, 1.00), 70, 12),    // superior caval vein
+                 chamber(Vec3(-11, 20, -66), Vec3(-0.10, 0.20, 1.00), 40, 14),  // inferior caval vein
+                 chamber(Vec3(25, 8, 30), Vec3(0.40, 0.75, 0.50), 32, 15),      // pulmonary trunk
+                 chamber(Vec3(-26, -24, -66), Vec3(0.75, -0.35, 0.5), 34, 17),  // fat beside the heart,
+                 chamber(Vec3(72, -34, -76), Vec3(0.8, -0.3, -0.4), 36, 18)}};  // on both sides
     }
-    /// Less than 1 inside; the parts are blended.
-    double fraction(const Vec3& p) const {
-        constexpr double k = 0.12;
-        double least = chambers.front().fraction(p);
-        for (std::size_t i = 1; i < chambers.size(); ++i) {
-            const double own = chambers[i].fraction(p),
-                         h = std::clamp(0.5 + 0.5 * (own - least) / k, 0.0, 1.0);
-            least = own + h * (least - own) - k * h * (1.0 - h);
+    /// Negative inside; the parts are blended. `all`: great vessels and fat are parts of it.
+    double distance(const Vec3& p, bool all) const {
+        constexpr double blend = 9.0;  // [mm]
+        double least = chambers.front().distance(p);
+        for (std::size_t i = 1; i < (all ? chambers.size() : own); ++i) {
+            const double next = chambers[i].distance(p),
+                         h = std::clamp(0.5 + 0.5 * (next - least) / blend, 0.0, 1.0);
+            least = next + h * (least - next) - 0.5 * blend * h * (1.0 - h);
         }
         return least;
     }
@@ -80,27 +87,32 @@ double half_width_of_spine(double z) {
 }
 
 /// How far from the midline the mediastinum reaches: vertebrae, oesophagus and trachea, great vessels; thin
-/// behind the sternum.
+/// behind the sternum, wider and wider toward the back, so that few rays run along its border.
 double mediastinum(Side side, double y, double z, double cage_front) {
     const double front = spine_front(z), behind_sternum = y - cage_front;
     const auto hump = [z](double middle, double reach) {
         return std::exp(-std::pow((z - middle) / reach, 2.0));
     };
-    // Pulmonary trunk and hilum on the left; superior vena cava down to the atrium on the right.
-    const double trunk = side.sign > 0.0 ? 19.0 * hump(322.0, 26.0) + 6.0 * hump(420.0, 30.0)
-                                         : 12.0 * hump(330.0, 55.0) + 9.0 * hump(405.0, 45.0);
+    // Left: knob of the aorta, pulmonary trunk and hilum, subclavian artery. Right: azygos vein and hilum,
+    // brachiocephalic vessels.
+    const double trunk = side.sign > 0.0
+                             ? 9.0 * hump(372.0, 16.0) + 21.0 * hump(333.0, 17.0) + 7.0 * hump(425.0, 26.0)
+                             : 6.0 * hump(366.0, 9.0) + 16.0 * hump(330.0, 20.0) + 8.0 * hump(415.0, 34.0);
     const auto rise = [](double from, double to, double at) {
         const double t = std::clamp((at - from) / (to - from), 0.0, 1.0);
         return t * t * (3.0 - 2.0 * t);
     };
-    const double thin = std::clamp((behind_sternum - 8.0) / 25.0, 0.0, 1.0);
+    const double uneven = 3.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
+                          1.4 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
+    const double ahead_of_spine = std::max(front - cage_front, 40.0),
+                 depth = std::clamp((behind_sternum - 8.0) / (ahead_of_spine - 8.0), 0.0, 1.0);
     // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
-    const double uneven = 2.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
-                          0.9 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
-    const double before = 7.0 + std::max(18.0 * rise(380.0, 398.0, z), thin * (15.0 + trunk + uneven)),
-                 beside = half_width_of_spine(z) + 8.5 + uneven;
-    const double ahead = before + rise(front - 8.0, front + 8.0, y) * (beside - before);
-    return ahead + rise(front + 16.0, front + 52.0, y) * (52.0 + uneven - ahead);
+    const double before =
+                     6.0 + std::max((15.0 + 1.8 * uneven + 5.0 * hump(400.0, 26.0)) * rise(378.0, 402.0, z),
+                                    depth * (12.0 + uneven) + rise(0.1, 0.6, depth) * trunk),
+                 beside = half_width_of_spine(z) + 8.5 + 0.7 * uneven;
+    const double ahead = before + rise(front - 14.0, front + 8.0, y) * (beside - before);
+    return ahead + rise(front + 12.0, front + 58.0, y) * (54.0 + uneven - ahead);
 }
 
 /// The last point, up to `reach`, before a ray leaves the region where `inside` holds.
@@ -132,7 +144,7 @@ public:
         if (side_.sign * p.x() <
             mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
             return false;
-        if (heart_.fraction(p) < 1.0 + gap / 50.0) return false;
+        if (heart_.distance(p, true) < gap) return false;
         return std::none_of(vessels_.begin(), vessels_.end(), [&](const VesselSample& vessel) {
             return (p - vessel.place).squaredNorm() < std::pow(vessel.radius + gap, 2);
         });
@@ -142,8 +154,8 @@ public:
         constexpr double cell = 4.0, blend = 5.0;
         shape::Compound lung;
         lung.add(lung_space(chest_, side_));
-        lung.cut({[heart = heart_](const Vec3& p) { return 40.0 * (heart.fraction(p) - 1.0) - lung_gap; },
-                  {Vec3(-110, -160, 150), Vec3(120, 60, 380)}},
+        lung.cut({[heart = heart_](const Vec3& p) { return heart.distance(p, true) - lung_gap; },
+                  {Vec3(-110, -160, 150), Vec3(130, 60, 412)}},
                  blend);
         for (const VesselSample& vessel : vessels_) {
             if (side_.sign * vessel.place.x() > -vessel.radius - lung_gap)
@@ -161,13 +173,14 @@ private:
 };
 
 /// Arteries and veins of a lung: trees that divide its points among their branches, from trunks at the hilum.
-/// Radii follow Murray's law with the exponent 2.4 (estimate) from 0.6 mm at the ends.
+/// Radii follow Murray's law with the exponent 2 (estimate) from 0.4 mm at the ends.
 class LungVessels {
 public:
     LungVessels(const Lung& lung, Side side, std::uint64_t seed) : lung_(lung), random_(seed) {
-        constexpr int ends = 100;
+        constexpr int ends = 230;
+        draw_trunks(side);
         for (const double lower : {0.0, 16.0}) {
-            const Vec3 hilum = side.at(40.0, spine_front(335.0) - 20.0 - lower, 336.0 - 1.6 * lower);
+            const Vec3 hilum = side.at(48.0, spine_front(335.0) - 18.0 - lower, 336.0 - 1.6 * lower);
             std::vector<Vec3> points;
             for (int tries = 0; tries < 60 * ends && static_cast<int>(points.size()) < ends; ++tries) {
                 const double x = random_.between(20.0, 135.0), y = random_.between(-125.0, 85.0),
@@ -180,13 +193,35 @@ public:
     }
     TriangleMesh mesh() && { return std::move(mesh_); }
 
+    /// Vessels and walls of less than 0.7 mm, which run outward, and as much less between them.
+    void add_finest(Side side, std::vector<TextureBlob>& blobs) {
+        const Vec3 hilum = side.at(40.0, spine_front(335.0) - 20.0, 330.0);
+        bool more = true;
+        for (int k = 0; k < 26000; ++k) {
+            const double x = random_.between(8.0, 136.0), y = random_.between(-125.0, 88.0),
+                         z = random_.between(170.0, 446.0), aside = random_.between(-1, 1),
+                         up = random_.between(-1, 1), chosen = random_(), length = random_.between(1.5, 6.0);
+            const Vec3 p = side.at(x, y, z), out = (p - hilum).normalized();
+            TextureBlob blob;
+            blob.radius = static_cast<float>(0.6 + 1.9 * chosen * chosen * chosen);
+            blob.elongation = static_cast<float>(length / (0.6 + 0.6 * blob.radius));
+            if (!lung_.holds(p, lung_gap + 0.8 * blob.radius * std::max(1.0f, blob.elongation))) continue;
+            blob.middle = p.cast<float>();
+            blob.axis = (out + 0.6 * Vec3(aside, up, aside * up)).normalized().cast<float>();
+            blob.fraction = more ? 0.42f : -0.14f;
+            if (!more) blob.radius *= 1.442f;  // three times the volume
+            more = !more;
+            blobs.push_back(blob);
+        }
+    }
+
 private:
     void grow(std::vector<Vec3> points, const Vec3& from) {
         Vec3 middle = Vec3::Zero();
         for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
         const bool last = points.size() == 1;
         const Vec3 to = last ? middle : Vec3(from + random_.between(0.32, 0.5) * (middle - from));
-        draw(from, to, 0.6 * std::pow(static_cast<double>(points.size()), 1.0 / 2.4));
+        draw(from, to, 0.40 * std::pow(static_cast<double>(points.size()), 1.0 / 2.0));
         if (last) return;
         // Divides across the direction in which the points spread most.
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -202,24 +237,37 @@ private:
         grow({points.begin() + cut, points.end()}, to);
     }
 
+    /// The artery between the lobes and the vein below it: most of what a hilum shows.
+    void draw_trunks(Side side) {
+        const double y = spine_front(330.0) - 14.0, lower = side.sign > 0.0 ? 0.0 : -8.0;
+        draw(side.at(40, y, 342 + lower), side.at(55, y + 4, 322 + lower), 7.0);
+        draw(side.at(55, y + 4, 322 + lower), side.at(63, y + 12, 296 + lower), 6.0);
+        draw(side.at(63, y + 12, 296 + lower), side.at(67, y + 20, 268 + lower), 4.2);
+        draw(side.at(48, y - 6, 344 + lower), side.at(58, y - 12, 368 + lower), 4.5);
+        draw(side.at(44, y - 8, 318 + lower), side.at(72, y - 2, 306 + lower), 4.5);
+    }
+
     void draw(const Vec3& from, const Vec3& to, double radius) {
         const double length = (to - from).norm();
         if (length < 2.0) return;
         const double y = random_.between(-1, 1), x = random_.between(-1, 1);
-        const Vec3 aside = (to - from).cross(Vec3(x, y, 0.5)) * 0.10;
-        constexpr int pieces = 4;
+        const Vec3 aside = (to - from).cross(Vec3(x, y, 0.5)) * 0.16;
+        const int pieces = radius > 0.6 ? 4 : 3;
         Polyline path;
         for (int k = 0; k <= pieces; ++k) {
             const double t = static_cast<double>(k) / pieces;
             const Vec3 p = from + t * (to - from) + 4.0 * t * (1.0 - t) * aside;
-            if (lung_.holds(p, lung_gap + radius + 1.5))
+            if (lung_.holds(p, lung_gap + radius + 1.2))
                 path.push_back(p);
             else if (!path.empty())
                 break;
         }
         if (path.size() < 2) return;
         const std::vector<double> radii(path.size(), radius);
-        append(mesh_, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, radius > 1.5 ? 8 : 5));
+        append(mesh_, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii,
+                           radius > 1.5   ? 8
+                           : radius > 0.8 ? 5
+                                          : 3));
     }
 
     const Lung& lung_;
@@ -265,7 +313,7 @@ TriangleMesh heart() {
         centre,
         [&](const Vec3& direction) {
             return first_exit(120.0, 4.0,
-                              [&](double r) { return shape.fraction(centre + r * direction) < 1.0; });
+                              [&](double r) { return shape.distance(centre + r * direction, false) < 0.0; });
         },
         56);
 }
@@ -308,15 +356,18 @@ shape::Solid lung_space(const Chest& chest, Side side) {
 
 void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest, const Chance& chance) {
     TriangleMesh vessels, muscle;
+    std::vector<TextureBlob> finest;
     for (const Side side : {left, right}) {
         const Lung lung(chest, side);
         layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::Lung, Material::SoftTissue,
                           lung.mesh(), false});
-        append(vessels,
-               LungVessels(lung, side, chance.field("lung vessels", side.sign > 0.0 ? 0 : 1)).mesh());
+        LungVessels tree(lung, side, chance.field("lung vessels", side.sign > 0.0 ? 0 : 1));
+        tree.add_finest(side, finest);
+        append(vessels, std::move(tree).mesh());
         append(muscle, dome(chest, side));
     }
     layers.push_back({"lung vessels", Material::Blood, Material::Lung, std::move(vessels), false});
+    layers.back().texture_blobs = std::move(finest);
     layers.push_back({"heart", Material::SoftTissue, Material::SoftTissue, heart(), false});
     layers.push_back({"diaphragm", Material::SoftTissue, Material::SoftTissue, std::move(muscle), false});
     layers.push_back({"airway", Material::Air, Material::SoftTissue, airway(), false});

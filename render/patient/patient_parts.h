@@ -30,26 +30,31 @@ private:
     std::uint64_t seed_;
 };
 
-/// Bone in meshes: the outer surface of the cortical shell, the marrow within, and in the marrow trabeculae
-/// that stand out and places without any.
+/// Bone: the outer surface of the cortical shell, the marrow within, and trabeculae that stand out or are
+/// missing, as more or less of cortical bone.
 struct Bones {
     geometry::TriangleMesh outer;
     geometry::TriangleMesh core;
-    geometry::TriangleMesh struts;
-    geometry::TriangleMesh voids;
+    std::vector<TextureBlob> trabeculae;
 
     void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
     /// The same surfaces mirrored in the plane x = 0, then placed.
     void add_mirrored(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
+    /// Places in the marrow of a solid that are denser or emptier than its mean, `per_area` tries for each
+    /// mm² of its surface, down to `deepest` mm, from 0.5 mm to `coarsest` in half-axis: large ones are rare,
+    /// so that texture has all scales. Thin ones are long and run the way of `along`: the longer that is, the
+    /// more of them do. `place` moves them.
+    void add_grain(const shape::Surfaces&, const shape::Compound&, double per_area, double deepest,
+                   double coarsest, const geometry::Vec3& along, std::uint64_t field,
+                   const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(), bool mirror = false);
+    void add_trabecula(const geometry::Vec3& from, const geometry::Vec3& to, double radius);
+    /// The outer part of the cortex, which meshes leave out (shape::polygonised): plaques of bone about the
+    /// surface, as many here and there as chance has it, so that no wall is a line of one width and density.
+    void add_plaques(std::uint64_t field);
+
+private:
+    double balance_ = 0.0;  // of the bone in trabeculae, more and less [mm³]
 };
-
-/// Places without trabeculae in a solid, `count` of them at most in its box, with half-axes of 1 to `largest`
-/// mm, longer along z than across: large ones are rare, so that texture has all scales. `place` moves them.
-void add_voids(Bones&, const shape::Compound&, int count, double largest, std::uint64_t field,
-               const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(), bool mirror = false);
-
-/// A prism of three sides from one point to another.
-void add_strut(geometry::TriangleMesh&, const geometry::Vec3& from, const geometry::Vec3& to, double radius);
 
 /// A piece that is drawn once for each side: `at` mirrors x for the right one.
 struct Side {
@@ -117,7 +122,7 @@ void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::S
 /// Riolo 1974).
 Eigen::Isometry3d at_sella();
 inline const geometry::Vec3 vault(0.0, 20.0, 28.0);  // middle of the skull's vault [mm]
-constexpr double sinus_wall = 0.6;                   // thin bone around air [mm]
+constexpr double sinus_wall = 0.5;                   // thin bone around air [mm]
 /// What the tables of the skull enclose.
 shape::Solid cranial_cavity(const Chance&);
 double skull_thickness(const geometry::Vec3&);

@@ -99,10 +99,9 @@ shape::Compound hip_bone(const Chance& chance) {
     // Notch below.
     shape.cut(shape::cone(hip_joint + Vec3(4, -6, -18), hip_joint + Vec3(6, -12, -42), 11.0, 10.0), 3.0);
     shape.cut(shape::half_space(Vec3(2.2, 0, 0), Vec3::UnitX()), 0.0);  // symphysis
-    // The joint with the sacrum, 2.5 mm wide.
-    shape.clear_of(sacrum(), 2.5);
-    const std::uint64_t field = chance.field("hip cortex");
-    shape.roughen([field](const Vec3& p) { return 0.3 * shape::fractal(p, 16.0, 4.0, 0.5, field); }, 0.7);
+    // The joint with the sacrum, some 2.5 mm wide: both faces are rough.
+    shape.clear_of(sacrum(), 3.2);
+    shape.roughen(0.33, 0.3, chance.field("hip cortex"));
     return shape;
 }
 
@@ -160,8 +159,7 @@ shape::Compound femur(const Chance& chance, double low) {
             {{hip_joint + Vec3(48, 28, -16), 6, 5}, {along(8, -2, 15), 5, 5}, {along(28, -12, 14), 5, 5}},
             Vec3::UnitX()),
         1.2, 6.0);
-    const std::uint64_t field = chance.field("femoral cortex");
-    shape.roughen([field](const Vec3& p) { return 0.4 * shape::fractal(p, 14.0, 4.0, 0.5, field); }, 0.9);
+    shape.roughen(0.26, 0.4, chance.field("femoral cortex"));
     return shape;
 }
 
@@ -184,7 +182,7 @@ void add_femoral_struts(Bones& bones, const shape::Compound& shape, const Chance
                     p.x() *= side;
                     return Vec3(place * p);
                 };
-                add_strut(bones.struts, sided(from), sided(to), radius);
+                bones.add_trabecula(sided(from), sided(to), radius);
             }
         }
     };
@@ -235,16 +233,15 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
                 Vec3::UnitZ()) *
             AngleAxisd(1.0 * chance.normal("abduction", index) * degree, Vec3::UnitY()) *
             Translation3d(-joint);
-        const std::size_t outer = bones.outer.vertices.size(), core = bones.core.vertices.size(),
-                          voids = bones.voids.vertices.size();
+        const std::size_t outer = bones.outer.vertices.size(), core = bones.core.vertices.size();
         index == 0 ? bones.add(hip) : bones.add_mirrored(hip);
-        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(),
-                  index == 1);
+        bones.add_grain(hip, hip_shape, 0.25, 10.0, 5.0, Vec3(0.35, 0, 0.5),
+                        chance.field("hip trabeculae", index), Isometry3d::Identity(), index == 1);
         make_uneven(bones.outer, outer, chance, side);
         make_uneven(bones.core, core, chance, side);
-        make_uneven(bones.voids, voids, chance, side);
         index == 0 ? bones.add(thigh_bone, turned) : bones.add_mirrored(thigh_bone, turned);
-        add_voids(bones, thigh, 1500, 5.0, chance.field("femoral voids", index), turned, index == 1);
+        bones.add_grain(thigh_bone, thigh, 0.3, 16.0, 4.0, Vec3(-0.2, 0, 0.6),
+                        chance.field("femoral grain", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }
 }

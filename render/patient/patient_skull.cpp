@@ -71,7 +71,10 @@ double skull_thickness(const Vec3& p) {
         bell((std::abs(p.x()) - 70.0) / 16.0) * bell((p.y() - 2.0) / 30.0) * bell((p.z() - 8.0) / 26.0);
     const double base = step_up(6.0, -14.0, p.z());
     const double behind = 2.0 * bell((p - Vec3(0, 108, -6)).norm() / 22.0);
-    return 6.8 - 3.8 * temple - 3.2 * base * (1.0 - step_up(40.0, 70.0, p.y())) + behind;
+    const double roofs = bell((std::abs(p.x()) - 28.0) / 17.0) * bell((p.y() + 40.0) / 22.0) *
+                         (1.0 - step_up(16.0, 26.0, p.z()));
+    return std::max(
+        1.4, 6.8 - 3.8 * temple - 3.2 * base * (1.0 - step_up(40.0, 70.0, p.y())) + behind - 4.6 * roofs);
 }
 
 std::function<double(const Vec3&)> septum_bend(const Chance& chance) {
@@ -86,28 +89,33 @@ std::function<double(const Vec3&)> septum_bend(const Chance& chance) {
 shape::Compound sinuses(const Chance& chance) {
     shape::Compound air;
     geometry::Random random(chance.field("sinuses"));
+    const std::uint64_t field = chance.field("walls of the sinuses");
+    const auto add = [&](const shape::Solid& solid, double blend) {
+        air.add(shape::warped(solid, 2.4, 13.0, field), 0.0, blend);
+    };
     const auto size = [&](const char* name, int index) { return 1.0 + 0.07 * chance.normal(name, index); };
     for (const Side side : {left, right}) {
         const int index = side.sign > 0.0 ? 0 : 1;
         // Maxillary: a pyramid toward the cheek bone. 34 high, 33 deep, 27 wide (texts).
         const double m = size("maxillary sinus", index);
-        air.add(shape::ellipsoid(side.at(28, -44, -35), m * Vec3(12.5, 15.5, 15)), 0.0, 0.0);
-        air.add(shape::ellipsoid(side.at(34, -50, -31), m * Vec3(10, 9, 9)), 0.0, 6.0);
-        air.add(shape::ellipsoid(side.at(23, -44, -46), m * Vec3(7, 11, 8)), 0.0, 6.0);
+        add(shape::ellipsoid(side.at(27, -43, -34), m * Vec3(11.5, 14.0, 13.5)), 0.0);
+        add(shape::ellipsoid(side.at(34, -50, -30), m * Vec3(10, 8, 8)), 7.0);
+        add(shape::ellipsoid(side.at(22, -42, -46), m * Vec3(6.5, 10, 8)), 8.0);
         // Frontal: lobes beside a septum, seldom alike.
         const double f = 1.0 + 0.22 * chance.normal("frontal sinus", index) + (index == 0 ? 0.1 : -0.12);
-        air.add(shape::ellipsoid(side.at(8, -63.5, 15), Vec3(6.5, 4.5, 11 * f)), 0.0, 0.0);
-        air.add(shape::ellipsoid(side.at(17, -62, 17), Vec3(7 * f, 4, 8.5 * f)), 0.0, 3.0);
-        air.add(shape::ellipsoid(side.at(26, -59.5, 15), Vec3(6 * f, 3, 6 * f)), 0.0, 2.5);
+        add(shape::ellipsoid(side.at(8, -63.5, 15), Vec3(6.0, 4.0, 10 * f)), 0.0);
+        add(shape::ellipsoid(side.at(17, -62, 17), Vec3(6.5 * f, 3.5, 8 * f)), 3.0);
+        add(shape::ellipsoid(side.at(26, -59.5, 15), Vec3(5.5 * f, 2.6, 5.5 * f)), 2.5);
         // Sphenoidal: two halves.
         const double s = size("sphenoidal sinus", index);
-        air.add(shape::ellipsoid(side.at(7.6, -14, -16), Vec3(7, 11 * s, 8)), 0.0, 0.0);
+        add(shape::ellipsoid(side.at(7.6, -14, -16), Vec3(6.2, 10.5 * s, 7.5)), 0.0);
         // Ethmoidal cells, three by three.
         for (int k = 0; k < 9; ++k) {
             const double x = random.between(-0.7, 0.7), y = random.between(-1, 1), z = random.between(-1, 1);
-            air.add(shape::ellipsoid(side.at(9.0 + x, -58.0 + 11.5 * (k % 3) + y, -13.0 + 8.2 * (k / 3) + z),
-                                     Vec3(4.6 + 0.8 * x, 5.0 + 0.5 * y, 3.5 + 0.4 * z)),
-                    0.0, 0.0);
+            add(shape::ellipsoid(
+                    side.at(9.0 + x, -58.0 + 11.5 * (k % 3) + 2.6 * y, -13.0 + 8.2 * (k / 3) + 1.6 * z),
+                    Vec3(4.2 + 1.0 * x, 4.9 + 1.3 * z, 3.5 + 0.9 * y)),
+                0.0);
         }
         // Outer ear canal.
         air.add(shape::cone(side.at(45, 24, -21), side.at(66, 23, -23), 2.4, 3.0), 0.0, 0.0);
@@ -134,9 +142,10 @@ shape::Solid orbit(const Side side) {
 }
 
 void add_cranium(shape::Compound& bone, const shape::Solid& cavity) {
-    bone.add({[inner = cavity.distance](const Vec3& p) { return inner(p) - skull_thickness(p); },
-              {cavity.box.min() - Vec3::Constant(10.0), cavity.box.max() + Vec3::Constant(10.0)}},
-             1.5, 0.0);
+    bone.add(
+        {[inner = cavity.distance](const Vec3& p) { return inner(p) - skull_thickness(p); },
+         {cavity.box.min() - Vec3::Constant(10.0), cavity.box.max() + Vec3::Constant(10.0)}},
+        [](const Vec3& p) { return std::min(1.4, 0.32 * skull_thickness(p)); }, 1.4, 0.0);
     // The face's upper part and the body of the sphenoid hang on it.
     bone.add(shape::ellipsoid(Vec3(0, -61, 14), Vec3(36, 9, 15)), 1.3, 8.0);
     bone.add(shape::ellipsoid(Vec3(0, -10, -13), Vec3(20, 19, 12)), 0.6, 8.0);
@@ -310,12 +319,19 @@ void add_head_bones(Bones& bones, const Chance& chance) {
         1.5);
     skull.add(septum(chance, Vec3(0, -46, -26), Vec3(1.1, 20, 24)), 0.5, 0.5);
     skull.clear_of(sinuses(chance), sinus_wall);
-    const std::uint64_t field = chance.field("diploe");
-    skull.roughen([field](const Vec3& p) { return 0.55 * shape::fractal(p, 16.0, 4.0, 0.4, field); }, 1.2);
-    bones.add(shape::polygonised(skull, skull_cell), at_sella());
-    add_voids(bones, skull, 9000, 2.4, chance.field("diploic voids"), at_sella());
-    bones.add(shape::polygonised(mandible(), skull_cell), at_sella());
-    bones.add(shape::polygonised(atlas_and_dens(), skull_cell), at_sella());
+    skull.roughen(0.4, 0.5, chance.field("diploe"));
+    const shape::Surfaces surfaces = shape::polygonised(skull, skull_cell);
+    bones.add(surfaces, at_sella());
+    bones.add_grain(surfaces, skull, 0.12, 6.0, 2.4, Vec3::Zero(), chance.field("diploic grain"), at_sella());
+    shape::Compound jaw = mandible(), atlas = atlas_and_dens();
+    jaw.roughen(0.45, 0.4, chance.field("lower jaw"));
+    atlas.roughen(0.35, 0.3, chance.field("atlas"));
+    for (const shape::Compound* bone : {&jaw, &atlas}) {
+        const shape::Surfaces own = shape::polygonised(*bone, skull_cell);
+        bones.add(own, at_sella());
+        bones.add_grain(own, *bone, 0.2, 6.0, 2.0, Vec3(0.3, 0.3, 0), chance.field("grain of the jaw"),
+                        at_sella());
+    }
 }
 
 }  // namespace render

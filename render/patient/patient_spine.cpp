@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -60,6 +59,14 @@ void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& ch
         spurs[k] = {(k % 2 == 0 ? 0.35 : std::numbers::pi - 0.35) +
                         0.5 * chance.normal("spur angle", 4 * plan.level + k),
                     std::max(0.0, (plan.lumbar() ? 1.4 : 0.8) * chance.normal("spur", 4 * plan.level + k))};
+    // No plate lies quite level, and no two alike.
+    struct Tilt {
+        double across, along;
+    };
+    std::array<Tilt, 2> tilts{};
+    for (int k = 0; k < 2; ++k)
+        tilts[k] = {0.022 * chance.normal("plate across", 2 * plan.level + k),
+                    0.045 * chance.normal("plate along", 2 * plan.level + k)};
     const std::uint64_t field = chance.field("vertebral body", plan.level);
     const bool cervical = plan.cervical();
     struct Walls {
@@ -85,7 +92,9 @@ void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& ch
         const double inside = std::max(0.0, 1.0 - k0 * k0 * 1.15);
         double hollow_by = hollow * (up ? 1.8 : 2.8) * std::pow(inside, 0.8);
         if (cervical && up) hollow_by -= 3.5 * std::pow(std::min(1.2, std::abs(p.x()) / w), 6.0);
-        const double uneven = 0.35 * shape::noise(p, 9.0, field);
+        const Tilt& tilt = tilts[up ? 1 : 0];
+        const double uneven = 1.1 * shape::noise(p, 19.0, field + 1) + 0.5 * shape::noise(p, 9.0, field) +
+                              tilt.across * p.x() + tilt.along * p.y();
         return {radial, std::abs(p.z()) - h + hollow_by + uneven};
     };
     shape::Solid body;
@@ -102,7 +111,7 @@ void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& ch
         body,
         [walls](const Vec3& p) {
             const auto [radial, axial] = walls(p);
-            return axial > radial - 0.8 ? 0.6 : 0.42;
+            return axial > radial - 0.8 ? 0.55 : 0.4;
         },
         0.6, 0.0);
 }
@@ -116,7 +125,7 @@ shape::Compound lower_facets(const VertebraPlan& plan) {
         shape.add(shape::cone(side.at(0.95 * x, c + 10.0 * size, -5.0),
                               side.at((plan.lumbar() ? 1.08 : 1.2) * x, c + 9.0 * size, -s - 7.0 * size),
                               5.0 * size, 4.4 * size),
-                  1.0, 2.0);
+                  0.7, 2.0);
     return shape;
 }
 
@@ -133,17 +142,17 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
                                 {side.at(0.97 * x, d + 3.0, high), pw, ph},
                                 {side.at(x + 1.5, c + 5.0, high - 1.5), pw + 0.6, ph + 0.4}},
                                side.at(1.0, 0.0, 0.15)),
-                  0.65, 4.0);
+                  0.55, 4.0);
         // Articular process that reaches up.
         shape.add(shape::cone(side.at(x, c + 4.0 * size, high),
                               side.at(plan.lumbar() ? 1.5 * cw + 1.0 : 1.25 * cw, c + 6.0 * size,
                                       s + (plan.cervical() ? -1.0 : 5.0 * size)),
                               5.2 * size, 4.0 * size),
-                  1.0, 2.5);
+                  0.7, 2.5);
         // Between the two: the isthmus.
         shape.add(shape::cone(side.at(0.5 * (x + cw) + 2.0, c + 5.0 * size, high - 2.0),
                               side.at(0.95 * cw, c + 10.0 * size, -6.0), 4.8 * size, 4.8 * size),
-                  1.1, 2.5);
+                  0.9, 2.5);
         // Transverse process: flat and forward in the loins, stout and backward in the chest.
         const double back = plan.lumbar()     ? 2.0
                             : plan.cervical() ? -8.0
@@ -156,11 +165,11 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
         const double y = plan.cervical() ? c - 3.0 : plan.lumbar() ? c + 4.0 : c + 7.0;
         shape.add(shape::sweep({{side.at(x - 1.0, y, high - 1.0), 5.5 * size, 4.2 * size},
                                 {side.at(0.5 * (x + span), y + 0.5 * back, high - 1.0 + 0.4 * rise),
-                                 (plan.lumbar() ? 4.6 : 5.2) * size, (plan.lumbar() ? 2.4 : 3.6) * size},
+                                 (plan.lumbar() ? 4.6 : 4.4) * size, (plan.lumbar() ? 2.4 : 3.2) * size},
                                 {side.at(span, y + back, high - 1.0 + rise),
-                                 (plan.lumbar() ? 2.6 : 5.4) * size, (plan.lumbar() ? 1.5 : 4.6) * size}},
+                                 (plan.lumbar() ? 2.6 : 3.6) * size, (plan.lumbar() ? 1.5 : 2.8) * size}},
                                Vec3::UnitZ()),
-                  0.8, 2.5);
+                  0.5, 2.5);
         // Lamina, sloping back and down.
         shape.add(
             shape::sweep(
@@ -168,18 +177,20 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
                  {side.at(0.5 * cw, c + cd + 3.0, -4.5), (plan.lumbar() ? 9.0 : 10.5) * size, 3.0 * size},
                  {side.at(0.0, c + cd + 5.5, -6.5), (plan.lumbar() ? 9.0 : 10.5) * size, 3.2 * size}},
                 Vec3::UnitZ()),
-            1.0, 2.0);
+            0.7, 2.0);
     }
     const shape::Compound lower = lower_facets(plan);
-    shape.add(lower.solid(), 1.0, 2.0);
+    shape.add(lower.solid(), 0.7, 2.0);
     const double aside = 2.0 * chance.normal("spinous process", plan.level);
     const double from = c + cd + 4.0;
     const double tall = plan.lumbar() ? 9.5 : plan.cervical() ? 4.5 : 7.5;
-    shape.add(shape::sweep({{Vec3(0.0, from, -6.5), tall, 3.2},
-                            {Vec3(0.4 * aside, from + 0.55 * spine, -6.5 - 0.55 * drop), tall, 3.0},
-                            {Vec3(aside, from + spine, -6.5 - drop), 0.85 * tall, 4.4}},
-                           Vec3::UnitZ(), 2.6),
-              0.8, 2.0);
+    const double bend = 1.2 * chance.normal("bend of a spinous process", plan.level);
+    shape.add(shape::sweep({{Vec3(0.0, from, -6.5), tall, 3.6},
+                            {Vec3(0.2 * aside + bend, from + 0.3 * spine, -6.5 - 0.25 * drop), tall, 2.4},
+                            {Vec3(0.6 * aside + bend, from + 0.65 * spine, -6.5 - 0.62 * drop), tall, 2.8},
+                            {Vec3(aside, from + spine, -6.5 - drop), 0.8 * tall, 4.2}},
+                           Vec3::UnitZ(), 2.2),
+              0.5, 2.5);
     // The canal is wider than deep, its corners behind the bodies.
     shape::Solid canal;
     canal.distance = [c, cw = cw, cd = cd](const Vec3& p) {
@@ -188,31 +199,8 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
     };
     canal.box = {Vec3(-cw, c - cd, -60.0), Vec3(cw, c + cd, 60.0)};
     shape.cut(canal, 1.0);
-    const std::uint64_t field = chance.field("vertebral cortex", plan.level);
-    shape.roughen([field](const Vec3& p) { return 0.38 * shape::fractal(p, 10.0, 3.4, 0.4, field); }, 0.8);
+    shape.roughen(plan.lumbar() ? 0.42 : 0.33, 0.3, chance.field("vertebral cortex", plan.level));
     return shape;
-}
-
-/// Trabeculae of a vertebral body that stand out: mostly upright, in clusters.
-void add_vertebral_struts(Bones& bones, const shape::Compound& shape, const VertebraPlan& plan,
-                          const Chance& chance, const Isometry3d& place) {
-    geometry::Random random(chance.field("vertebral trabeculae", plan.level));
-    const std::uint64_t clusters = chance.field("trabecular clusters", plan.level);
-    const double w = plan.own.half_width, d = plan.own.half_depth, h = plan.own.half_height;
-    const int count = static_cast<int>(2.4 * w * d);
-    for (int k = 0; k < count; ++k) {
-        const double x = random.between(-w, w), y = random.between(-d, d), z = random.between(-h, h);
-        const double length = random.between(0.15, 0.7) * h, lean_x = random.between(-0.12, 0.12),
-                     lean_y = random.between(-0.12, 0.12), radius = random.between(0.3, 0.75);
-        const bool lies = random() < 0.22;
-        const Vec3 middle(x, y, z);
-        if (shape::noise(middle, 9.0, clusters) < random.between(-0.8, 0.5)) continue;
-        const Vec3 half = lies ? Vec3(0.6 * length * Vec3(1.0, 2.0 * lean_y + 0.5, lean_x).normalized())
-                               : Vec3(length * Vec3(lean_x, lean_y, 1.0));
-        const Vec3 from = middle - half, to = middle + half;
-        const auto deep = [&](const Vec3& p) { return shape.at(p).distance < -1.6; };
-        if (deep(from) && deep(to) && deep(middle)) add_strut(bones.struts, place * from, place * to, radius);
-    }
 }
 
 /// Distance to the neighbours above and below, on average [mm].
@@ -272,10 +260,16 @@ shape::Compound sacrum() {
         // Articular process of S1, lateral crest.
         shape.add(shape::cone(side.at(19, 50, -72), side.at(21, 53, -58), 5.5, 4.0), 1.0, 3.0);
     }
-    // Median crest behind the canal: tubercles that hardly meet.
-    for (const auto& [y, z, tall] :
-         {std::array{67.0, -82.0, 8.0}, {75.0, -102.0, 7.0}, {77.0, -121.0, 5.5}, {76.0, -137.0, 4.0}})
-        shape.add(shape::ellipsoid(Vec3(0, y, z), Vec3(2.6, 6.0, tall)), 0.6, 3.0);
+    // Median crest behind the canal, uneven and not quite in the middle.
+    shape.add(shape::sweep({{Vec3(0.6, 66, -78), 5.0, 2.2},
+                            {Vec3(-0.4, 69, -88), 6.0, 3.4},
+                            {Vec3(1.0, 72, -98), 4.0, 2.2},
+                            {Vec3(0.8, 76, -108), 5.5, 3.0},
+                            {Vec3(-0.6, 77, -120), 3.6, 2.4},
+                            {Vec3(0.3, 77, -131), 4.2, 2.2},
+                            {Vec3(0.0, 75, -140), 2.2, 1.8}},
+                           Vec3::UnitY()),
+              0.5, 4.0);
     // The plate of S1, the canal and the foramina.
     shape.cut({[plate = shape::half_space(Vec3(0, 25, -60), Vec3(0, 0.55, -0.83)).distance](const Vec3& p) {
                    return std::max(plate(p), std::abs(p.x()) - 28.0);
@@ -290,17 +284,17 @@ shape::Compound sacrum() {
                            Vec3::UnitX()),
               1.5);
     for (const Side side : {left, right}) {
-        // y, z where each begins in the canal, x there and in front; radius in front.
-        constexpr double foramina[][5] = {{47, -94, 15, 23, 5.6},
-                                          {58, -113, 13, 20, 5.0},
-                                          {64, -131, 11.5, 17, 4.2},
-                                          {66, -148, 10, 13, 3.4}};
+        // y, z where each begins in the canal, x there and in front; radius in front. Those in front open
+        // outward and down; those behind are too narrow to show.
+        constexpr double foramina[][5] = {{47, -94, 14, 25, 5.2},
+                                          {58, -113, 12.5, 21.5, 4.6},
+                                          {64, -131, 11, 18, 3.8},
+                                          {66, -148, 9.5, 14, 3.0}};
         for (const auto& [y, z, from, to, radius] : foramina) {
-            shape.cut(shape::cone(side.at(from, y, z), side.at(to, y - 18.0, z - 8.0), 0.9 * radius, radius),
-                      2.0);
-            shape.cut(shape::cone(side.at(from + 1.0, y, z), side.at(to - 2.0, y + 16.0, z + 2.0),
-                                  0.65 * radius, 0.7 * radius),
-                      1.5);
+            const double off = side.sign * 0.07 * (z + 120.0);
+            shape.cut(shape::cone(side.at(from, y, z), side.at(to + off, y - 18.0, z - 9.0 + 0.5 * off),
+                                  0.7 * radius, radius),
+                      4.0);
         }
     }
     // What is left of the disc of S1 and S2.
@@ -320,25 +314,24 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
             // Joint spaces under the vertebra above.
             const VertebraPlan above = plan_of(level + 1, chance);
             shape.cut(shape::grown(
-                shape::moved(lower_facets(above).solid(), place.inverse() * place_of(above, chance)), 1.3));
+                shape::moved(lower_facets(above).solid(), place.inverse() * place_of(above, chance)), 2.4));
         }
-        bones.add(shape::polygonised(shape, plan.lumbar()     ? lumbar_cell
-                                            : plan.cervical() ? cervical_cell
-                                                              : thoracic_cell),
-                  place);
-        add_vertebral_struts(bones, shape, plan, chance, place);
-        add_voids(bones, shape, 600, plan.lumbar() ? 4.5 : 3.5, chance.field("vertebral voids", plan.level),
-                  place);
+        const shape::Surfaces surfaces = shape::polygonised(shape, plan.lumbar()     ? lumbar_cell
+                                                                   : plan.cervical() ? cervical_cell
+                                                                                     : thoracic_cell);
+        bones.add(surfaces, place);
+        bones.add_grain(surfaces, shape, 0.6, plan.own.half_depth, plan.lumbar() ? 4.0 : 3.0, Vec3::UnitZ(),
+                        chance.field("vertebral trabeculae", plan.level), place);
     }
     if (low < column.front().z) {
         shape::Compound shape = sacrum();
         const VertebraPlan fifth = plan_of(0, chance);
-        shape.cut(shape::grown(shape::moved(lower_facets(fifth).solid(), place_of(fifth, chance)), 1.3));
-        const std::uint64_t field = chance.field("sacral cortex");
-        shape.roughen([field](const Vec3& p) { return 0.45 * shape::fractal(p, 14.0, 3.5, 0.5, field); },
-                      1.0);
-        bones.add(shape::polygonised(shape, 2.0));
-        add_voids(bones, shape, 500, 5.0, chance.field("sacral voids"));
+        shape.cut(shape::grown(shape::moved(lower_facets(fifth).solid(), place_of(fifth, chance)), 2.4));
+        shape.roughen(0.45, 0.35, chance.field("sacral cortex"));
+        const shape::Surfaces surfaces = shape::polygonised(shape, 2.0);
+        bones.add(surfaces);
+        bones.add_grain(surfaces, shape, 0.4, 14.0, 5.0, Vec3(0, 0.3, 0.6),
+                        chance.field("sacral trabeculae"));
     }
 }
 

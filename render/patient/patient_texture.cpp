@@ -49,10 +49,10 @@ private:
 
 std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
     // Half-axes r of smallest to largest. A blob's image has an energy ∝ fraction² · r⁴ at frequencies about
-    // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction = (smallest/r)^0.45, the
-    // power of the sum is ∝ f^(−2.8), somewhat steeper where the smallest end.
+    // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction ∝ (smallest/r)^0.7, the
+    // power of the sum is ∝ f^(−2.4), somewhat steeper where the smallest end.
     constexpr double smallest = 1.0, largest = 24.0, longest = 2.4;  // longest: times r, along the axis
-    constexpr double filled = 0.016;  // of the place, by the texture_blobs of each factor e of r (estimate)
+    constexpr double filled = 0.038;  // of the place, by the texture_blobs of each factor e of r (estimate)
     constexpr double power = 7.0 / 3.0;
     const double mean_volume =
         std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) * std::pow(smallest, 3);
@@ -78,7 +78,7 @@ std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid
         blob.elongation = static_cast<float>(elongation);
         // What is more here is less there.
         blob.fraction =
-            static_cast<float>(std::pow(smallest / radius, 0.45)) * (balance > 0.0 ? -1.0f : 1.0f);
+            static_cast<float>(1.15 * std::pow(smallest / radius, 0.7)) * (balance > 0.0 ? -1.0f : 1.0f);
         balance += content(blob);
         texture_blobs.push_back(blob);
     }

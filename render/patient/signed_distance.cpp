@@ -182,6 +182,17 @@ Solid sheet(std::vector<Cut> cuts) {
             box};
 }
 
+Solid warped(Solid solid, double by, double wavelength, std::uint64_t field) {
+    return {[=, own = std::move(solid.distance)](const Vec3& p) {
+                const double here = own(p);
+                if (std::abs(here) > 3.0 * by) return 0.75 * here;
+                const Vec3 off(noise(p, wavelength, field), noise(p, wavelength, field + 1),
+                               noise(p, wavelength, field + 2));
+                return 0.75 * own(p + by * off);
+            },
+            inflated(solid.box, 1.4 * by)};
+}
+
 Solid grown(Solid solid, double by) {
     return {[own = std::move(solid.distance), by](const Vec3& p) { return own(p) - by; },
             inflated(solid.box, by)};
@@ -219,9 +230,20 @@ Compound& Compound::keep(Solid solid, double blend) {
     push({std::move(solid), Operation::Keep, blend, 0.0, {}});
     return *this;
 }
-void Compound::roughen(Shell rough, double most) {
-    rough_ = std::move(rough);
-    thickest_shell_ += most;
+void Compound::roughen(double contour, double rough, std::uint64_t field) {
+    contour_ = contour;
+    rough_ = rough;
+    field_ = field;
+    thickest_shell_ = 1.6 * thickest_shell_ + 2.0 * rough;
+}
+
+double Compound::uneven_shell(const Vec3& p, double shell) const {
+    if (!is_rough() || shell <= 0.0) return shell;
+    // The thick walls of long bones are even.
+    const double slow =
+        1.0 + std::clamp(0.75 * noise(p, 19.0, field_ + 2), -0.55, 0.55) * std::min(1.0, 1.0 / shell);
+    const double whole = slow * shell + rough_ * fractal(p, 10.0, 3.4, 0.4, field_ + 3);
+    return std::max({whole - thinner_by, 0.35 * whole, 0.2});
 }
 Compound& Compound::clear_of(const Compound& other, double gap) {
     for (const Part& part : other.parts_)
@@ -260,6 +282,9 @@ Compound::Value Compound::at(const Vec3& p, const std::vector<std::uint16_t>& pa
                 -smooth_min(-value.distance, part.operation == Operation::Cut ? own : -own, part.blend).first;
         }
     }
+    if (is_rough() && value.distance < 2.0 * widest_contour() &&
+        value.distance > -2.0 * widest_contour() - thickest_shell_)
+        value.distance += contour_ * (1.3 * noise(p, 14.0, field_) + 1.3 * noise(p, 5.6, field_ + 1));
     return value;
 }
 

@@ -49,6 +49,8 @@ struct Cut {
 /// A sheet through cuts in ascending order of z, all of one number of points.
 Solid sheet(std::vector<Cut>);
 
+/// The same solid out of shape: its places wander by some `by` mm at a wavelength [mm].
+Solid warped(Solid, double by, double wavelength, std::uint64_t field);
 /// The same solid, its distance smaller by `by` [mm].
 Solid grown(Solid, double by);
 Solid moved(Solid, const Eigen::Isometry3d&);
@@ -64,8 +66,10 @@ public:
     Compound& add(Solid, Shell shell, double thickest, double blend);
     Compound& cut(Solid, double blend = 0.0);
     Compound& keep(Solid, double blend = 0.0);
-    /// Adds mm to the thickness of the shell: texture.
-    void roughen(Shell, double most);
+    /// What no drawn shape has: the surface wanders by some `contour` mm at wavelengths of 6 to 15 mm, and
+    /// the shell under it is uneven: 0.45 to 1.55 times as thick from place to place, and by `rough` mm at 3
+    /// to 10 mm. `field` names the noise.
+    void roughen(double contour, double rough, std::uint64_t field);
     /// Cuts every part that was added to another compound, grown by `gap` mm: a joint space.
     Compound& clear_of(const Compound&, double gap);
     /// Every added part grown by `by` mm.
@@ -82,10 +86,13 @@ public:
     Value at(const geometry::Vec3& p, const std::vector<std::uint16_t>& parts) const;
     /// Parts whose surface may matter in a box.
     std::vector<std::uint16_t> parts_near(const Eigen::AlignedBox3d&, double margin) const;
-    double roughness(const geometry::Vec3& p) const { return rough_ ? rough_(p) : 0.0; }
+    /// How thick the shell's mesh is where the whole is `shell` mm.
+    double uneven_shell(const geometry::Vec3& p, double shell) const;
+    bool is_rough() const { return contour_ > 0.0; }
     /// Upper bounds [mm].
     double widest_blend() const { return widest_blend_; }
     double thickest_shell() const { return thickest_shell_; }
+    double widest_contour() const { return 1.8 * contour_; }
 
     /// The whole as one solid.
     Solid solid() const;
@@ -103,9 +110,14 @@ private:
     std::vector<Part> parts_;
     std::vector<std::uint16_t> all_;
     Eigen::AlignedBox3d box_;
-    Shell rough_;
+    double contour_ = 0.0, rough_ = 0.0;
+    std::uint64_t field_ = 0;
     double widest_blend_ = 0.0, thickest_shell_ = 0.0;
 };
+
+/// How much thinner than asked for the shells of rough solids are in their meshes, though never by more than
+/// two thirds of it: the rest is drawn otherwise, softer (Bones::add_plaques) [mm].
+constexpr double thinner_by = 0.42;
 
 struct Surfaces {
     geometry::TriangleMesh outer, core;  // core: within the shell

@@ -102,6 +102,21 @@ TriangleMesh ellipsoid(const Vec3& centre, const Vec3& half_axes, int around) {
     return loft(rings, around);
 }
 
+void scatter(const TriangleMesh& mesh, double per_area, geometry::Random& random,
+             const std::function<void(const Vec3&, const Vec3&)>& draw) {
+    for (const auto& t : mesh.triangles) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const Vec3 normal = (b - a).cross(c - a);
+        const double twice = normal.norm();
+        if (twice < 1e-9) continue;
+        const int count = static_cast<int>(0.5 * twice * per_area + random());
+        for (int k = 0; k < count; ++k) {
+            const double u = std::sqrt(random()), v = random();
+            draw((1.0 - u) * a + u * (1.0 - v) * b + u * v * c, -normal / twice);
+        }
+    }
+}
+
 void append(TriangleMesh& mesh, const TriangleMesh& other) {
     const int offset = static_cast<int>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "physics/geometry/random.h"
 #include "physics/geometry/vec.h"
 
 namespace render {
@@ -43,6 +44,11 @@ geometry::TriangleMesh ellipsoid(const geometry::Vec3& centre, const geometry::V
 /// direction.
 geometry::TriangleMesh star(const geometry::Vec3& centre,
                             const std::function<double(const geometry::Vec3&)>& radius, int around = 48);
+
+/// Calls `draw(at, inward)` for places on a closed surface that lie as chance has it, `per_area` of them for
+/// each mm².
+void scatter(const geometry::TriangleMesh&, double per_area, geometry::Random&,
+             const std::function<void(const geometry::Vec3& at, const geometry::Vec3& inward)>& draw);
 
 /// Adds the triangles of `other`.
 void append(geometry::TriangleMesh& mesh, const geometry::TriangleMesh& other);

@@ -91,7 +91,10 @@ private:
     std::vector<int> merged(const std::vector<Placed>& placed, bool inner_surface,
                             std::vector<Vec3>& vertices) const {
         std::vector<int> kept(placed.size(), -1);
-        for (const auto& [width, agreement] : {std::pair{4, 0.993}, {2, 0.985}}) {
+        // A rough surface has no use for the last degree.
+        const bool rough = compound_.is_rough();
+        for (const auto& [width, agreement] :
+             {std::pair{4, rough ? 0.985 : 0.993}, {2, rough ? 0.965 : 0.985}}) {
             struct Cube {
                 Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
                 int count = 0, vertex = -1;
@@ -182,7 +185,8 @@ private:
     bool fill_part(int x0, int y0, int z0, int part, const std::vector<std::uint16_t>& near) {
         const Vec3 middle = 0.5 * (node(x0, y0, z0) + node(x0 + part - 1, y0 + part - 1, z0 + part - 1));
         // Estimates of distance may be too long by a half.
-        const double safe = 1.5 * (0.5 * std::sqrt(3.0) * (part - 1) * cell_) + 0.5 * cell_;
+        const double safe =
+            1.5 * (0.5 * std::sqrt(3.0) * (part - 1) * cell_) + 0.5 * cell_ + compound_.widest_contour();
         const double distance = compound_.at(middle, near).distance;
         if (distance > safe) return false;
         const bool within = distance < -safe - compound_.thickest_shell();
@@ -210,8 +214,8 @@ private:
 
     /// The distance from the surface under the shell.
     double inner(const Vec3& p, const Compound::Value& value) const {
-        const double rough = value.distance < cell_ ? compound_.roughness(p) : 0.0;
-        return value.distance + std::max(value.shell + rough, 0.4 * value.shell);
+        return value.distance +
+               (value.distance < cell_ ? compound_.uneven_shell(p, value.shell) : value.shell);
     }
 
     /// The mean of the places where the surface crosses the cell's edges, then a step onto the surface.

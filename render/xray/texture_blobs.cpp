@@ -36,7 +36,7 @@ void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Fi
         const float slope_x = right.dot(from) / depth, slope_y = -up.dot(from) / depth;
         const float x = centre + per_slope * slope_x, y = centre + per_slope * slope_y;
         const float scale = per_slope / depth;  // [px/mm]
-        const float most = scale * blob.radius * blob.elongation + 1.0f;
+        const float most = scale * blob.radius * std::max(blob.elongation, 1.0f) + 1.0f;
         if (!(x + most > 0.0f && y + most > 0.0f && x - most < width && y - most < width)) continue;
 
         // Half-axes of the image, and half the chord through the middle: their product is that of the blob's.
