@@ -173,7 +173,7 @@ private:
 };
 
 /// Arteries and veins of a lung: trees that divide its points among their branches, from trunks at the hilum.
-/// Radii follow Murray's law with the exponent 2 (estimate) from 0.4 mm at the ends.
+/// Radii follow Murray's law with the exponent 2 (estimate) from 0.46 mm at the ends.
 class LungVessels {
 public:
     LungVessels(const Lung& lung, Side side, std::uint64_t seed) : lung_(lung), random_(seed) {
@@ -197,13 +197,13 @@ public:
     void add_finest(Side side, std::vector<TextureBlob>& blobs) {
         const Vec3 hilum = side.at(40.0, spine_front(335.0) - 20.0, 330.0);
         bool more = true;
-        for (int k = 0; k < 26000; ++k) {
+        for (int k = 0; k < 34000; ++k) {
             const double x = random_.between(8.0, 136.0), y = random_.between(-125.0, 88.0),
                          z = random_.between(170.0, 446.0), aside = random_.between(-1, 1),
                          up = random_.between(-1, 1), chosen = random_(), length = random_.between(1.5, 6.0);
             const Vec3 p = side.at(x, y, z), out = (p - hilum).normalized();
             TextureBlob blob;
-            blob.radius = static_cast<float>(0.6 + 1.9 * chosen * chosen * chosen);
+            blob.radius = static_cast<float>(0.6 + 2.3 * chosen * chosen);
             blob.elongation = static_cast<float>(length / (0.6 + 0.6 * blob.radius));
             if (!lung_.holds(p, lung_gap + 0.8 * blob.radius * std::max(1.0f, blob.elongation))) continue;
             blob.middle = p.cast<float>();
@@ -221,7 +221,7 @@ private:
         for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
         const bool last = points.size() == 1;
         const Vec3 to = last ? middle : Vec3(from + random_.between(0.32, 0.5) * (middle - from));
-        draw(from, to, 0.40 * std::pow(static_cast<double>(points.size()), 1.0 / 2.0));
+        draw(from, to, 0.46 * std::pow(static_cast<double>(points.size()), 1.0 / 2.0));
         if (last) return;
         // Divides across the direction in which the points spread most.
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -240,11 +240,15 @@ private:
     /// The artery between the lobes and the vein below it: most of what a hilum shows.
     void draw_trunks(Side side) {
         const double y = spine_front(330.0) - 14.0, lower = side.sign > 0.0 ? 0.0 : -8.0;
-        draw(side.at(40, y, 342 + lower), side.at(55, y + 4, 322 + lower), 7.0);
-        draw(side.at(55, y + 4, 322 + lower), side.at(63, y + 12, 296 + lower), 6.0);
-        draw(side.at(63, y + 12, 296 + lower), side.at(67, y + 20, 268 + lower), 4.2);
-        draw(side.at(48, y - 6, 344 + lower), side.at(58, y - 12, 368 + lower), 4.5);
-        draw(side.at(44, y - 8, 318 + lower), side.at(72, y - 2, 306 + lower), 4.5);
+        draw(side.at(46, y, 344 + lower), side.at(65, y + 2, 324 + lower), 7.5);
+        draw(side.at(65, y + 2, 324 + lower), side.at(76, y + 8, 298 + lower), 6.5);
+        draw(side.at(76, y + 8, 298 + lower), side.at(84, y + 16, 266 + lower), 5.0);
+        draw(side.at(84, y + 16, 266 + lower), side.at(86, y + 24, 240 + lower), 3.2);
+        draw(side.at(76, y + 8, 298 + lower), side.at(98, y + 4, 280 + lower), 3.4);
+        draw(side.at(54, y - 6, 346 + lower), side.at(66, y - 12, 374 + lower), 5.0);
+        draw(side.at(66, y - 12, 374 + lower), side.at(74, y - 10, 400 + lower), 3.2);
+        draw(side.at(50, y - 8, 318 + lower), side.at(84, y - 2, 304 + lower), 4.6);
+        draw(side.at(60, y - 12, 340 + lower), side.at(92, y - 22, 346 + lower), 3.6);
     }
 
     void draw(const Vec3& from, const Vec3& to, double radius) {

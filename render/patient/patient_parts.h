@@ -122,7 +122,7 @@ void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::S
 /// Riolo 1974).
 Eigen::Isometry3d at_sella();
 inline const geometry::Vec3 vault(0.0, 20.0, 28.0);  // middle of the skull's vault [mm]
-constexpr double sinus_wall = 0.5;                   // thin bone around air [mm]
+constexpr double sinus_wall = 0.6;                   // thin bone around air [mm]
 /// What the tables of the skull enclose.
 shape::Solid cranial_cavity(const Chance&);
 double skull_thickness(const geometry::Vec3&);

@@ -78,7 +78,7 @@ shape::Compound hip_bone(const Chance& chance) {
                             {Vec3(57, 32, -210), 14, 14}},
                            Vec3::UnitX()),
               1.3, 6.0);
-    shape.add(shape::cone(Vec3(66, 46, -158), Vec3(51, 56, -167), 7.0, 2.6), 0.9, 5.0);
+    shape.add(shape::cone(Vec3(67, 45, -158), Vec3(56, 53, -164), 6.0, 1.2), 0.6, 6.0);
     // The cup: cartilage lies between it and the head; its floor is deeper below and has no cartilage.
     const Vec3 opening = Vec3(0.70, -0.24, -0.67).normalized();
     shape.add(shape::ball(hip_joint + Vec3(-1, 2, 2), head_radius + joint_space + 3.6), 0.8, 9.0);

@@ -141,7 +141,7 @@ shape::Solid orbit(const Side side) {
                         Vec3::UnitX(), 2.5);
 }
 
-void add_cranium(shape::Compound& bone, const shape::Solid& cavity) {
+void add_cranium(shape::Compound& bone, const shape::Solid& cavity, const Chance& chance) {
     bone.add(
         {[inner = cavity.distance](const Vec3& p) { return inner(p) - skull_thickness(p); },
          {cavity.box.min() - Vec3::Constant(10.0), cavity.box.max() + Vec3::Constant(10.0)}},
@@ -174,22 +174,29 @@ void add_cranium(shape::Compound& bone, const shape::Solid& cavity) {
                                {side.at(54, -38, 16), 4, 2.0}},
                               Vec3::UnitY()),
                  1.8, 2.5);
-        bone.add(shape::sweep({{side.at(13, 15, -11), 5, 6},
-                               {side.at(24, 23, -10), 8, 9},
-                               {side.at(38, 31, -9), 10.5, 12},
-                               {side.at(52, 37, -11), 11, 13},
-                               {side.at(62, 40, -16), 9, 13}},
-                              Vec3(-0.6, 0.8, 0.0)),
-                 2.6, 4.0);
+        // Full of cells and canals: uneven, and seldom as dense as a solid of that size.
+        const shape::Solid pyramid = shape::sweep({{side.at(13, 15, -11), 5, 6},
+                                                   {side.at(24, 23, -10), 8, 8.5},
+                                                   {side.at(38, 31, -10), 10, 11},
+                                                   {side.at(52, 37, -12), 10, 11.5},
+                                                   {side.at(62, 40, -17), 7, 9}},
+                                                  Vec3(-0.6, 0.8, 0.0));
+        bone.add(shape::warped(pyramid, 3.2, 13.0, chance.field("petrous pyramid", side.sign > 0.0 ? 0 : 1)),
+                 1.9, 4.0);
         bone.cut(shape::cone(side.at(8, 26, -8), side.at(25, 26, -9), 3.2, 2.3), 0.5);  // inner ear canal
     }
 }
 
-void add_facial_bones(shape::Compound& bone) {
+void add_facial_bones(shape::Compound& bone, const Chance& chance) {
     for (const Side side : {left, right}) {
         // Upper jaw and cheek bone around the sinus.
-        bone.add(shape::ellipsoid(side.at(25, -46, -37), Vec3(19, 21, 20)), 0.45, 4.0);
-        bone.add(shape::ellipsoid(side.at(20, -52, -52), Vec3(17, 19, 8)), 0.6, 8.0);
+        const std::uint64_t field = chance.field("upper jaw", side.sign > 0.0 ? 0 : 1);
+        bone.add(
+            shape::warped(shape::ellipsoid(side.at(25, -45, -36), Vec3(17.5, 19.5, 18.5)), 3.4, 17.0, field),
+            0.45, 4.0);
+        bone.add(
+            shape::warped(shape::ellipsoid(side.at(20, -52, -52), Vec3(17, 19, 8)), 2.4, 17.0, field + 3),
+            0.6, 8.0);
         bone.add(shape::ellipsoid(side.at(48, -52, -29), Vec3(11, 10, 12)), 1.6, 6.0);
         bone.add(shape::sweep({{side.at(54, -46, -31), 6, 4},
                                {side.at(63, -30, -30), 4.2, 2.4},
@@ -307,8 +314,8 @@ void add_pterygoids(shape::Compound& bone) {
 void add_head_bones(Bones& bones, const Chance& chance) {
     const shape::Solid cavity = cranial_cavity(chance);
     shape::Compound skull;
-    add_cranium(skull, cavity);
-    add_facial_bones(skull);
+    add_cranium(skull, cavity, chance);
+    add_facial_bones(skull, chance);
     add_lower_face(skull, chance);
     add_pterygoids(skull);
     for (const Side side : {left, right}) skull.cut(orbit(side), 1.0);

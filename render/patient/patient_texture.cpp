@@ -52,7 +52,7 @@ std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid
     // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction ∝ (smallest/r)^0.7, the
     // power of the sum is ∝ f^(−2.4), somewhat steeper where the smallest end.
     constexpr double smallest = 1.0, largest = 24.0, longest = 2.4;  // longest: times r, along the axis
-    constexpr double filled = 0.038;  // of the place, by the texture_blobs of each factor e of r (estimate)
+    constexpr double filled = 0.030;  // of the place, by the texture_blobs of each factor e of r (estimate)
     constexpr double power = 7.0 / 3.0;
     const double mean_volume =
         std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) * std::pow(smallest, 3);
