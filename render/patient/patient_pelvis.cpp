@@ -159,7 +159,7 @@ shape::Compound femur(const Chance& chance, double low) {
             {{hip_joint + Vec3(48, 28, -16), 6, 5}, {along(8, -2, 15), 5, 5}, {along(28, -12, 14), 5, 5}},
             Vec3::UnitX()),
         1.2, 6.0);
-    shape.roughen(0.26, 0.4, chance.field("femoral cortex"));
+    shape.roughen(0.16, 0.4, chance.field("femoral cortex"));
     return shape;
 }
 
