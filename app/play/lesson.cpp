@@ -111,7 +111,7 @@ void Play::draw_shown_by_teacher(const render::Box& area, float left, float top,
     const geometry::Vec3 target = target_of(s.target, *anatomy);
     if (shows(Thing::Target) && view_->image_arm) {
         const render::CArm& arm = *view_->image_arm;
-        const render::Pixel at = render::project(arm, target + view_->vessel_shift);
+        const render::Pixel at = render::project(arm, view_->target_in_image);
         const float per_pixel = side / static_cast<float>(arm.pixels);
         if (at.depth > 0) {
             const ImVec2 place(left + static_cast<float>(at.x) * per_pixel,

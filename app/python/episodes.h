@@ -681,7 +681,7 @@ private:
         const render::CArm arm = episode.arm(scenario.c_arm.pixels);
         const Vec3 shift = simulation.vessel_shift();
         std::vector<Vec3> track(static_cast<std::size_t>(points_));
-        exercise::track(simulation.path_of(scenario.target.device), spacing_, track);
+        exercise::track(simulation.carried_path_of(scenario.target.device), spacing_, track);
         for (int k = 0; k < points_; ++k) {
             const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(points_) * i + k;
             const Vec3 place = track[static_cast<std::size_t>(k)] + shift;

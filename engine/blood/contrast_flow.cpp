@@ -25,6 +25,9 @@ constexpr double longest_part = 1.0 / 60;
 constexpr double stirring = 0.2;
 /// Less than this counts as drained; otherwise it would fade for ever [mg/ml].
 constexpr double faintest = 1e-12;
+/// After an injection the line is flushed with so many times what it holds (estimate) [-], when the syringe
+/// has been taken off [s].
+constexpr double flushed = 3, flush_waits = 1;
 
 }  // namespace
 
@@ -67,6 +70,8 @@ ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec
 void ContrastFlow::reset() {
     time_ = injected_ = injected_iodine_ = drained_ = 0;
     running_.clear();
+    through_.clear();
+    lines_.clear();
     site_ = {};
     holes_.clear();
     iodine_.assign(blood_.cells.size(), 0.0);
@@ -78,12 +83,7 @@ void ContrastFlow::reset() {
     shown_.assign(blood_.cells.size(), 0.0f);
 }
 
-int ContrastFlow::cell_of(const Injection& injection) const {
-    if (const auto* place = std::get_if<geometry::Vec3>(&injection.at)) {
-        if (!place->allFinite()) throw io::InputError("the place of an injection must be finite");
-        return blood_.nearest(*place);
-    }
-    const std::string& name = std::get<std::string>(injection.at);
+int ContrastFlow::entry_of(const std::string& name) const {
     auto found = std::ranges::find(branches_, name);
     if (found == branches_.end()) {
         found = std::ranges::find_if(
@@ -109,7 +109,9 @@ void ContrastFlow::inject(const Injection& asked) {
             fmt::format("contrast of {} mg/ml; expected 0 to {}", asked.iodine, render::largest_iodine));
     }
     if (!wrong.empty()) throw io::InputError("{}", fmt::join(wrong, "\n"));
-    const int cell = cell_of(asked);
+    const auto* const place = std::get_if<geometry::Vec3>(&asked.at);
+    if (place && !place->allFinite()) throw io::InputError("the place of an injection must be finite");
+    const int cell = place ? blood_.nearest(*place) : entry_of(std::get<std::string>(asked.at));
     // Rounding must not reject the last of several doses that use up the limit exactly.
     if (asked.volume > left() + 1e-9 * spec_.limit) {
         throw io::InputError(
@@ -117,11 +119,57 @@ void ContrastFlow::inject(const Injection& asked) {
             asked.volume, left(), spec_.limit);
     }
     running_.push_back({cell, asked.rate, asked.volume, asked.iodine});
-    site_ = {};
-    if (const auto* place = std::get_if<geometry::Vec3>(&asked.at)) {
-        const geometry::Vec3 aside = (*place - blood_.cells[cell].centre) / blood_.cells[cell].radius;
-        if (!aside.isZero()) site_ = {cell, aside / std::max(1.0, aside.norm())};
+    if (asked.line || !through_.empty()) {
+        through_.resize(running_.size(), -1);
+        if (asked.line) through_.back() = asked.line->number;
     }
+    if (asked.line) {
+        if (!used(asked.line->number)) lines_.emplace_back().number = asked.line->number;
+        Used& line = *used(asked.line->number);
+        drained_ += line.bore.resize(asked.line->bore);
+        line.cell = cell;
+        line.flush = asked.line->flush;
+        line.to_flush = flushed * asked.line->bore;
+        line.waits = flush_waits;
+    }
+    site_ = place ? site_at(*place, cell) : Site{};
+}
+
+ContrastFlow::Site ContrastFlow::site_at(const geometry::Vec3& place, int cell) const {
+    const FlowCell& at = blood_.cells[static_cast<std::size_t>(cell)];
+    const geometry::Vec3 aside = (place - at.centre) / at.radius;
+    if (aside.isZero()) return {};
+    return {cell, aside / std::max(1.0, aside.norm())};
+}
+
+ContrastFlow::Used* ContrastFlow::used(int line) {
+    const auto found = std::ranges::find(lines_, line, &Used::number);
+    return found == lines_.end() ? nullptr : &*found;
+}
+
+const ContrastFlow::Used* ContrastFlow::used(int line) const {
+    return const_cast<ContrastFlow*>(this)->used(line);
+}
+
+void ContrastFlow::lead(int line, const geometry::Vec3& end, double bore) {
+    Used* const led = used(line);
+    if (!led || !end.allFinite()) return;
+    drained_ += led->bore.resize(bore);
+    const int cell = blood_.nearest(end);
+    if (site_.cell == led->cell) site_ = site_at(end, cell);
+    led->cell = cell;
+    for (std::size_t k = 0; k < through_.size(); ++k)
+        if (through_[k] == line) running_[k].cell = cell;
+}
+
+std::vector<float> ContrastFlow::in_line(int line, int parts) const {
+    const Used* const led = used(line);
+    return led ? led->bore.profile(parts) : std::vector<float>{};
+}
+
+ContrastFlow::Outflow ContrastFlow::out_of_line(int line) const {
+    const Used* const led = used(line);
+    return led ? led->out : Outflow{};
 }
 
 void ContrastFlow::pierce(const geometry::Vec3& place, const geometry::Vec3& outward, double diameter) {
@@ -188,22 +236,48 @@ void ContrastFlow::step(double dt) {
     show();
 }
 
-void ContrastFlow::advance(double dt) {
+void ContrastFlow::inject_and_flush(double dt) {
     std::ranges::fill(added_, 0.0);
     std::ranges::fill(added_iodine_, 0.0);
-    for (Running& injection : running_) {
+    for (Used& line : lines_) line.out = {};
+    const auto push = [dt](Used& line, double rate, double iodine) {
+        const double out = line.bore.push(rate * dt, iodine) / dt;  // [mg/s]
+        line.out.iodine = (line.out.iodine * line.out.flow + out) / (line.out.flow + rate);
+        line.out.flow += rate;
+        return out;
+    };
+    for (std::size_t k = 0; k < running_.size(); ++k) {
+        Running& injection = running_[k];
         added_[injection.cell] += injection.rate;
-        added_iodine_[injection.cell] += injection.rate * injection.iodine;
+        Used* const line = through_.empty() ? nullptr : used(through_[k]);
+        added_iodine_[injection.cell] +=
+            line ? push(*line, injection.rate, injection.iodine) : injection.rate * injection.iodine;
         const double volume = std::min(injection.left, injection.rate * dt);
         // A rounding residue of the volume would make the following steps tiny.
         injection.left = injection.left - volume < 1e-12 * injection.left ? 0 : injection.left - volume;
         injected_ += volume;
         injected_iodine_ += injection.rate * dt * injection.iodine;
     }
+    for (Used& line : lines_) {
+        if (line.out.flow > 0 || line.to_flush <= 0 || line.flush <= 0) continue;
+        if (line.waits > 0) {
+            line.waits -= dt;
+            continue;
+        }
+        const double rate = std::min(line.flush, line.to_flush / dt);
+        added_[line.cell] += rate;
+        added_iodine_[line.cell] += push(line, rate, 0);
+        line.to_flush -= rate * dt;
+    }
+}
+
+void ContrastFlow::advance(double dt) {
+    inject_and_flush(dt);
     std::ranges::fill(reached_, 0.0);
     const double pulse_now = pulse(time_ + 0.5 * dt);
     if (!holes_.empty()) leak(pulse_now, dt);
-    const bool clear = running_.empty() && std::ranges::all_of(iodine_, [](double c) { return c == 0; });
+    const bool clear = running_.empty() && std::ranges::all_of(added_, [](double a) { return a <= 0; }) &&
+                       std::ranges::all_of(iodine_, [](double c) { return c == 0; });
     if (clear) {
         for (std::size_t o = 0; o < leaving_.size(); ++o) leaving_[o] = pulse_now * blood_.outlets[o].flow;
     } else {
@@ -212,7 +286,11 @@ void ContrastFlow::advance(double dt) {
         spread(dt);
     }
     perfuse(dt);
-    std::erase_if(running_, [](const Running& injection) { return injection.left <= 0; });
+    for (std::size_t k = running_.size(); k-- > 0;) {
+        if (running_[k].left > 0) continue;
+        running_.erase(running_.begin() + static_cast<std::ptrdiff_t>(k));
+        if (!through_.empty()) through_.erase(through_.begin() + static_cast<std::ptrdiff_t>(k));
+    }
     time_ += dt;
 }
 
@@ -436,6 +514,7 @@ IodineBalance ContrastFlow::balance() const {
         now.in_veins += veins_.held(static_cast<int>(o));
     }
     for (const Hole& hole : holes_) now.leaked += hole.iodine;
+    for (const Used& line : lines_) now.in_lines += line.bore.iodine();
     return now;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/blood/blood_flow.h"
+#include "engine/blood/bore.h"
 #include "physics/geometry/state.h"
 
 namespace blood {
@@ -17,14 +18,24 @@ namespace blood {
 /// ml (Cigarroa 1989) [ml]. `weight` [kg], `creatinine` [mg/dl].
 double contrast_limit(double weight, double creatinine);
 
+/// What an injection passes before it reaches blood: the bore of a device, of the introducer, or of a flush
+/// catheter. It is full of saline until the first injection; that saline comes out first, and contrast stays
+/// behind until it is flushed.
+struct Line {
+    int number = 0;    // by which it is led()
+    double bore = 0;   // what it holds [ml]
+    double flush = 0;  // saline that flows through it after an injection [ml/s]
+};
+
 /// A hand or power injection at a steady rate until the volume is given.
 struct Injection {
     /// A branch, by its name or the start of its name: injects into its beginning. Or a place, such as a
     /// catheter's tip: injects where the vessels are nearest to it [mm].
     std::variant<std::string, geometry::Vec3> at;
-    double rate = 5.0;      // [ml/s]
-    double volume = 10.0;   // [ml]
-    double iodine = 300.0;  // [mg/ml]
+    double rate = 5.0;              // [ml/s]
+    double volume = 10.0;           // [ml]
+    double iodine = 300.0;          // [mg/ml]
+    std::optional<Line> line = {};  // empty = straight into the blood
 };
 
 /// Contrast in the small vessels behind an end.
@@ -36,11 +47,11 @@ struct Blush {
     void state(geometry::StateStream& s) { s(iodine, concentration, inner); }
 };
 
-/// Where the iodine is [mg]; injected = in_vessels + in_organs + drained + leaked. The arteries beyond the
-/// ends count as the organs'. What has left an organ is drained; of that, `in_veins` is still in veins near
-/// it.
+/// Where the iodine is [mg]; injected = in_lines + in_vessels + in_organs + drained + leaked. The arteries
+/// beyond the ends count as the organs'. What has left an organ is drained; of that, `in_veins` is still in
+/// veins near it.
 struct IodineBalance {
-    double injected = 0, in_vessels = 0, in_organs = 0, drained = 0, leaked = 0, in_veins = 0;
+    double injected = 0, in_lines = 0, in_vessels = 0, in_organs = 0, drained = 0, leaked = 0, in_veins = 0;
 };
 
 /// A hole in the wall, and what has gone through it into the tissue, where it stays.
@@ -94,6 +105,20 @@ public:
     /// Begins with the next step, in addition to running injections. Throws InputError for numbers out of
     /// range, a branch that does not exist, and a volume beyond the limit, stating what is left of it.
     void inject(const Injection&);
+    /// The cell that an injection into a branch goes into. Throws InputError where there is no such branch.
+    int entry_of(const std::string& branch) const;
+    /// Where a line ends now, and what it holds [ml]. One that nothing was injected through is ignored.
+    void lead(int line, const geometry::Vec3& end, double bore);
+    bool was_used(int line) const { return used(line) != nullptr; }
+    /// Mean concentration in a line at equal parts of its length, from hub to end [mg/ml]; empty where there
+    /// is no contrast in it.
+    std::vector<float> in_line(int line, int parts) const;
+    /// What flows out of a line's end in the last step: concentration [mg/ml] and flow [ml/s].
+    struct Outflow {
+        double iodine = 0, flow = 0;
+        void state(geometry::StateStream& s) { s(iodine, flow); }
+    };
+    Outflow out_of_line(int line) const;
     /// Makes a hole in the wall nearest to a place, through which blood leaks from the next step on, as much
     /// as leak_rate says and at most half of what flows into that tree; where there is one within its width,
     /// the larger remains. `outward`: unit, out of the vessel.
@@ -117,6 +142,8 @@ public:
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_,
           site_, inner_);
         s.unless_empty(holes_);
+        s.unless_empty(lines_);
+        s.unless_empty(through_);
         s.beside(veins_);  // follows from what drains, and nothing else follows from it
     }
 
@@ -132,6 +159,18 @@ private:
         geometry::Vec3 aside = geometry::Vec3::Zero();  // from the cell's middle, in radii
         void state(geometry::StateStream& s) { s(cell, aside); }
     };
+    /// A line that was used.
+    struct Used {
+        int number = 0, cell = 0;
+        Bore bore;
+        double flush = 0, to_flush = 0, waits = 0;  // [ml/s], [ml], [s]
+        Outflow out;
+        void state(geometry::StateStream& s) { s(number, cell, bore, flush, to_flush, waits, out); }
+    };
+    Used* used(int line);
+    const Used* used(int line) const;
+    Site site_at(const geometry::Vec3& place, int cell) const;
+    void inject_and_flush(double dt);
     void advance(double dt);
     void carry(double dt);
     void spread(double dt);
@@ -139,7 +178,6 @@ private:
     void leak(double pulse, double dt);
     void show();
     double pulse(double time) const;
-    int cell_of(const Injection&) const;
 
     FlowSpec spec_;
     BloodFlow blood_;
@@ -154,6 +192,8 @@ private:
     double time_ = 0;
     double injected_ = 0, injected_iodine_ = 0, drained_ = 0;  // [ml], [mg], [mg]
     std::vector<Running> running_;
+    std::vector<int> through_;  // the line of each of running_, -1 = none; empty while no line was used
+    std::vector<Used> lines_;
     Site site_;
     std::vector<Hole> holes_;
     std::vector<double> resting_;  // flow through each cell [ml/s]

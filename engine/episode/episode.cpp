@@ -112,9 +112,10 @@ render::GrayImage Camera::image(const Simulation& simulation, const exercise::Fr
     if (mode != ImageMode::Dsa) return fluoroscope.expose(pulse.arm, pulse.seen(), pulse.exposure);
     const render::Field signal = signal_of(fluoroscope, pulse, pulse.seen());
     Pulse mask = pulse;
-    exercise::remove_contrast(mask.exposure);
+    exercise::remove_contrast(mask);
+    mask.devices.clear();
     mask.exposure.frame += mask_frames;
-    render::Field before = signal_of(fluoroscope, mask, {});
+    render::Field before = signal_of(fluoroscope, mask, mask.seen());
     render::Field scatter = fluoroscope.scatter_in(before, mask.arm, mask.exposure);
     const render::Subtraction subtraction(std::move(before), fluoroscope.opening(mask.arm),
                                           std::move(scatter));
@@ -372,7 +373,7 @@ std::vector<double> places_of(const Episode& episode, script::DeviceRole held) {
     const Simulation& simulation = episode.simulation();
     std::vector<double> numbers;
     const geometry::Vec3 shift = simulation.vessel_shift();
-    const geometry::Polyline joints = simulation.path_of(held);
+    const geometry::Polyline joints = simulation.carried_path_of(held);
     numbers.reserve(3 * joints.size());
     for (const geometry::Vec3& joint : joints) {
         const geometry::Vec3 place = joint + shift;

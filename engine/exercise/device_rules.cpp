@@ -152,9 +152,13 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
 
 namespace {
 
-constexpr double rated_pressure = 8.27e6;  // [Pa]
-constexpr double viscosity = 6e-3;         // of contrast of 300 mg/ml at 37 °C [Pa·s]
-constexpr double density = 1330;           // [kg/m³]
+struct Fluid {
+    double viscosity, density;  // [Pa·s], [kg/m³]
+};
+constexpr Fluid contrast_300{6e-3, 1330};       // 300 mg/ml at 37 °C
+constexpr Fluid saline{0.9e-3, 1005};           // at 25 °C
+constexpr double rated_pressure = 8.27e6;       // [Pa]
+constexpr double bag_pressure = 207 * 133.322;  // 300 mmHg over a mean arterial pressure of 93 [Pa]
 
 /// A stretch of lumen: pressure lost at a flow [m³/s] is the larger of both laws'.
 struct Stretch {
@@ -163,7 +167,7 @@ struct Stretch {
 };
 
 /// Between radii r < R [m]; r = 0 is an open lumen.
-Stretch stretch(double length, double outer, double inner) {
+Stretch stretch(const Fluid& fluid, double length, double outer, double inner) {
     if (length <= 0) return {};
     double conductance = std::pow(outer, 4);
     if (inner > 0) {
@@ -171,29 +175,47 @@ Stretch stretch(double length, double outer, double inner) {
         conductance -= std::pow(inner, 4) + square * square / std::log(outer / inner);
     }
     const double area = std::numbers::pi * (outer * outer - inner * inner), hydraulic = 2 * (outer - inner);
-    return {8 * viscosity * length / (std::numbers::pi * conductance),
-            0.158 * length * std::pow(density, 0.75) * std::pow(viscosity, 0.25) /
+    return {8 * fluid.viscosity * length / (std::numbers::pi * conductance),
+            0.158 * length * std::pow(fluid.density, 0.75) * std::pow(fluid.viscosity, 0.25) /
                 (std::pow(hydraulic, 1.25) * std::pow(area, 1.75))};
 }
 
-}  // namespace
-
-double largest_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
+/// Flow of a fluid at a pressure [ml/s].
+double flow_of(const Fluid& fluid, double pressure, const physics::DeviceSpec& catheter, double wire_diameter,
+               double wire_inside) {
     constexpr double m = 1e-3;  // [m/mm]
     const double bore = 0.5 * m * catheter.inner_diameter, wire = 0.5 * m * wire_diameter;
     const double filled = std::clamp(wire_inside, 0.0, catheter.length);
     if (bore <= 0 || (filled > 0 && wire >= bore)) return 0;
-    const Stretch parts[] = {stretch(m * filled, bore, wire),
-                             stretch(m * (catheter.length - filled), bore, 0)};
+    const Stretch parts[] = {stretch(fluid, m * filled, bore, wire),
+                             stretch(fluid, m * (catheter.length - filled), bore, 0)};
     double low = 0, high = 1e-3;  // [m³/s]
     for (int k = 0; k < 60; ++k) {
         const double flow = 0.5 * (low + high);
         double lost = 0;
         for (const Stretch& part : parts)
             lost += std::max(part.laminar * flow, part.turbulent * std::pow(flow, 1.75));
-        (lost < rated_pressure ? low : high) = flow;
+        (lost < pressure ? low : high) = flow;
     }
     return low * 1e6;
+}
+
+}  // namespace
+
+double largest_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
+    return flow_of(contrast_300, rated_pressure, catheter, wire_diameter, wire_inside);
+}
+
+double flush_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
+    constexpr double opened = 1;  // by the roller clamp [ml/s]
+    return std::min(opened, flow_of(saline, bag_pressure, catheter, wire_diameter, wire_inside));
+}
+
+double bore_volume(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
+    constexpr double cubic_mm_per_ml = 1000;
+    const double filled = std::clamp(wire_inside, 0.0, catheter.length), bore = catheter.inner_diameter,
+                 wire = std::min(wire_diameter, bore);
+    return std::numbers::pi / 4 * (bore * bore * catheter.length - wire * wire * filled) / cubic_mm_per_ml;
 }
 
 }  // namespace exercise

@@ -44,5 +44,10 @@ std::vector<std::string> device_problems(const script::CommandScript&, const sce
 /// in `wire_inside` mm of it [ml/s]: laminar or turbulent (Blasius), whichever passes less. Contrast at body
 /// temperature: 6 mPa·s, 1330 kg/m³. 0 where the wire fills the lumen.
 double largest_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
+/// Saline that a pressure bag of 300 mmHg drives through it against the artery, at most 1 ml/s (estimate), as
+/// a helper opens the clamp [ml/s].
+double flush_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
+/// What its bore holds besides the wire [ml].
+double bore_volume(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
 
 }  // namespace exercise

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -9,6 +11,7 @@
 #include "engine/anatomy/organs.h"
 #include "engine/exercise/body.h"
 #include "engine/exercise/distal_trees.h"
+#include "engine/exercise/room_in_beam.h"
 #include "engine/io/error.h"
 #include "engine/patient/ct_patient.h"
 #include "engine/scenario/breathing.h"
@@ -22,9 +25,10 @@ namespace {
 
 /// Organs beside the vessels move as far down as these do, others in proportion
 /// (render/patient/organ_motion.h): the diaphragm by 25 mm at most. They beat where the vessels do.
-void move_with(const scenario::VesselMotion& motion, const anatomy::Anatomy& anatomy,
+void move_with(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                const geometry::Vec3& origin, std::vector<render::TissueLayer>& layers) {
-    constexpr double quiet = 14, deepest = 25, border = 8;  // [mm]
+    const scenario::VesselMotion& motion = scenario.motion;
+    constexpr double quiet = 14, deepest = 25;  // [mm]
     if (!motion.moves()) return;
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const geometry::Vec3& p : anatomy.lumen.vertices) {
@@ -34,7 +38,11 @@ void move_with(const scenario::VesselMotion& motion, const anatomy::Anatomy& ana
     const double fraction = render::breathing_fraction(0.5 * (low + high) - origin.z()),
                  reach = motion.breathing_reach.norm();
     const double breath = reach == 0 ? 0 : fraction < 0.2 ? quiet : std::min(deepest, reach / fraction);
-    render::move_organs(layers, origin, breath, motion.heart_reach.isZero() ? 0 : border);
+    std::function<geometry::Vec3(const geometry::Vec3&)> systole;
+    if (!motion.heart_reach.isZero())
+        systole = [field = scenario::MotionField(motion, blood::blood_flow(anatomy, scenario.blood))](
+                      const geometry::Vec3& x) { return field.systole_at(x); };
+    render::move_organs(layers, origin, breath, systole);
 }
 
 render::TissueLayer lumen_layer(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
@@ -79,7 +87,7 @@ std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::S
     std::vector<render::TissueLayer> layers;
     if (body) {
         layers = body->layers;
-        move_with(scenario.motion, anatomy, body->origin, layers);
+        move_with(scenario, anatomy, body->origin, layers);
     }
     add_others(scenario, anatomy, layers);
     return layers;
@@ -87,14 +95,44 @@ std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::S
 
 constexpr double cubic_mm_per_ml = 1000.0;
 
-/// Mean concentration in the blood around the wire, from every fifth joint [mg/ml].
-double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
+/// Mean concentration in the blood along joints, from every fifth [mg/ml].
+double around(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
     constexpr std::size_t stride = 5;
     double sum = 0;
     int count = 0;
     for (std::size_t i = 0; i < joints.size(); i += stride, ++count)
         sum += contrast.iodine()[contrast.blood().nearest(joints[i])];
     return sum / std::max(count, 1);
+}
+
+constexpr int bore_parts = 100;  // of a length
+
+/// About a device, where contrast has been injected.
+render::DeviceIodine iodine_of(const Simulation& simulation, int device, const geometry::Polyline& joints) {
+    if (joints.empty()) return {};
+    render::DeviceIodine iodine;
+    iodine.around = around(simulation.contrast(), joints);
+    const scenario::Device& outer = simulation.devices()[static_cast<std::size_t>(device)].device;
+    iodine.length = outer.length;
+    iodine.bore = simulation.contrast().in_line(device, bore_parts);
+    if (device == 0 || (iodine.bore.empty() && iodine.around == 0)) return iodine;
+    iodine.bore.resize(bore_parts, 0.0f);
+    // Where another device lies in the bore, less is left to contrast; that one displaces what is around.
+    const auto [inner, inside] = simulation.bore_of(device);
+    const double free = 1 - std::min(1.0, std::pow(inner / outer.inner_diameter, 2));
+    for (int k = 0; k < bore_parts; ++k) {
+        if ((k + 0.5) / bore_parts * outer.length > inside) break;
+        float& there = iodine.bore[static_cast<std::size_t>(k)];
+        there = static_cast<float>(free * there + (1 - free) * iodine.around);
+    }
+    return iodine;
+}
+
+render::DeviceIodine iodine_of(const Simulation& simulation, const Simulation::Standing& standing) {
+    render::DeviceIodine iodine;
+    iodine.length = standing.tube.spec.length;
+    iodine.bore = simulation.contrast().in_line(standing.line, bore_parts);
+    return iodine;
 }
 
 /// The first with that name, from a layer on; -1 = none.
@@ -121,6 +159,14 @@ double wanted_dose(const scenario::Scenario& scenario, const render::CArm& arm, 
     return magnified * (mode == script::ImagingMode::Dsa    ? imaging.acquisition_dose
                         : mode == script::ImagingMode::Cine ? imaging.cine_dose
                                                             : imaging.detector_dose);
+}
+
+/// Side of the focal spot [mm]: a large one bears the power of an acquisition, and a magnified field gets the
+/// next smaller one (nominal sizes of a cath lab's tube, IEC 60336).
+double focal_spot(const render::CArm& arm, script::ImagingMode mode) {
+    constexpr double magnified = 165;  // width of the field [mm]
+    const bool small = arm.detector_width <= magnified;
+    return script::acquires(mode) ? (small ? 0.6 : 1.0) : (small ? 0.3 : 0.6);
 }
 
 /// Along the vessel at a hole, perpendicular to the way out; unit.
@@ -262,6 +308,7 @@ render::Exposure metered_exposure(const Simulation& simulation) {
     exposure.detector_dose = detector_dose(scenario, simulation.console().arm(), simulation.console().mode());
     exposure.kvp = scenario.imaging.kvp;
     exposure.curve = curve_of(simulation.console().mode());
+    exposure.focal_spot = focal_spot(simulation.console().arm(), simulation.console().mode());
     return exposure;
 }
 
@@ -302,8 +349,28 @@ std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const 
     return clouds;
 }
 
+std::vector<render::IodineCloud> cloud_of(const anatomy::Anatomy& anatomy, const Simulation::Jet& jet) {
+    constexpr double decay = 5, spread = 0.1;  // Pope 2000, Table 5.1 and Eq. 5.6 [-]
+    constexpr double blunt = 0.3;              // of the bore, at the orifice [-]
+    constexpr double farthest = 60;            // [mm]
+    std::vector<render::IodineCloud> clouds;
+    if (!(jet.bore > 0)) return clouds;
+    double step = 0;
+    for (double gone = 0.5 * jet.bore; gone < farthest; gone += step) {
+        const geometry::Vec3 at = jet.from.at + gone * jet.from.along;
+        const double width = std::max(blunt * jet.bore, spread * gone);
+        step = width;
+        if (anatomy::nearest_place(anatomy, at).distance > -1.5 * width) break;
+        const double concentration = jet.out.iodine * std::min(1.0, decay * jet.bore / gone);  // [mg/ml]
+        clouds.push_back(
+            {at, width, 2 * std::numbers::pi * width * width * step * concentration / cubic_mm_per_ml});
+    }
+    return clouds;
+}
+
 void set_mode(Pulse& pulse, const scenario::Scenario& scenario, script::ImagingMode mode) {
     pulse.mode = mode;
+    pulse.exposure.focal_spot = focal_spot(pulse.arm, mode);
     pulse.exposure.detector_dose = detector_dose(scenario, pulse.arm, mode);
     pulse.exposure.curve = curve_of(mode);
 }
@@ -313,8 +380,18 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     Pulse pulse;
     pulse.time = time;
     pulse.arm = simulation.console().arm();
-    for (const scenario::PlacedDevice& placed : simulation.devices())
-        pulse.devices.push_back({placed.role, simulation.path_of(placed.role), placed.device.look});
+    const bool flows = simulation.contrast().injected() > 0;
+    for (int k = 0; const scenario::PlacedDevice& placed : simulation.devices()) {
+        pulse.devices.push_back({placed.role, simulation.carried_path_of(placed.role), placed.device.look});
+        if (flows) pulse.devices.back().iodine = iodine_of(simulation, k, pulse.devices.back().joints);
+        ++k;
+    }
+    for (const Simulation::Standing& standing : simulation.standing()) {
+        pulse.tubes.push_back({standing.tube.joints, standing.tube.look});
+        for (geometry::Vec3& joint : pulse.tubes.back().joints)
+            joint = simulation.place_now(joint) - simulation.vessel_shift();
+        if (flows) pulse.tubes.back().iodine = iodine_of(simulation, standing);
+    }
     pulse.tip_of_device = *scenario.index_of(scenario.target.device);
     pulse.mode = simulation.console().mode();
     render::Exposure& exposure = pulse.exposure = metered_exposure(simulation);
@@ -322,6 +399,13 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     exposure.seed = scenario.seed;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
+    if (!scenario.motion.heart_reach.isZero()) {
+        constexpr double moment = 5e-3;  // [s]
+        const auto shift = [&](double since) {
+            return scenario.motion.with_breath(std::max(0.0, simulation.time() + since), simulation.breath());
+        };
+        exposure.vessel_velocity = (shift(moment) - shift(-moment)) / (2 * moment);
+    }
     Simulation::VesselMoves moves = simulation.vessel_moves();
     for (const blood::Hole& hole : simulation.contrast().holes())
         for (render::IodineCloud& cloud : clouds_of(simulation.contrast().blood(), hole)) {
@@ -339,11 +423,15 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     if (!scenario.motion.heart_reach.isZero())
         exposure.beat = scenario::contraction(simulation.time(), scenario.motion.heart_rate);
     const blood::ContrastFlow& contrast = simulation.contrast();
-    if (contrast.injected() > 0) {
+    if (flows) {
         exposure.vessel_iodine = lumen_iodine(contrast);
         exposure.vessel_streams = contrast.streams();
         exposure.distal_iodine = distal_iodine(contrast);
-        exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);
+        for (const Simulation::Jet& jet : simulation.jets())
+            for (render::IodineCloud& cloud : cloud_of(simulation.anatomy(), jet)) {
+                cloud.middle = simulation.place_now(cloud.middle);
+                exposure.jets.push_back(cloud);
+            }
         for (const BlushingOrgan& organ : organs) {
             exposure.organs.push_back({organ.layer, organ.iodine(contrast.blush()) / organ.volume});
         }
@@ -358,8 +446,12 @@ bool has_contrast(const render::Exposure& exposure) {
            std::ranges::any_of(exposure.distal_iodine, some);
 }
 
-void remove_contrast(render::Exposure& exposure) {
-    exposure.iodine = exposure.wire_iodine = 0;
+void remove_contrast(Pulse& pulse) {
+    for (PulsedDevice& device : pulse.devices) device.iodine = {};
+    for (PulsedTube& tube : pulse.tubes) tube.iodine = {};
+    render::Exposure& exposure = pulse.exposure;
+    exposure.iodine = 0;
+    exposure.jets.clear();
     exposure.vessel_iodine.clear();
     exposure.vessel_streams.clear();
     exposure.distal_iodine.clear();
@@ -370,7 +462,7 @@ void remove_contrast(render::Exposure& exposure) {
 render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                                  const anatomy::ModelCache& cache) {
     const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
-    std::vector<render::TissueLayer> layers;
+    std::vector<render::TissueLayer> layers = room_in_beam(scenario, body.get());
     add_others(scenario, anatomy, layers);
     std::vector<render::VolumeRayCaster> ray_casters;
     for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
@@ -385,6 +477,11 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
     return with_closed_meshes(anatomy, [&] {
         const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
         std::vector<render::TissueLayer> layers = layers_with(body.get(), scenario, anatomy);
+        // Behind the body's, which meters know already.
+        std::vector<render::TissueLayer> room = room_in_beam(scenario, body.get());
+        if (body)
+            layers.insert(layers.begin() + static_cast<std::ptrdiff_t>(body->layers.size()),
+                          std::make_move_iterator(room.begin()), std::make_move_iterator(room.end()));
         std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
         for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
         render::require_closed("lumen", layers.back().mesh);

@@ -8,10 +8,10 @@
 namespace exercise {
 namespace {
 
-/// Fraction of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
-/// filter the rest. A roadmap's is stronger: the logarithm behind bone raises noise.
-/// Cine has that of the detector alone: moving vessels would smear.
-constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f, cine_lag = 0.05f;
+/// Fraction of earlier images in a live image, where nothing moves: detectors retain a few per cent,
+/// fluoroscopy's recursive noise filter the rest. A roadmap's is stronger: the logarithm behind bone raises
+/// noise. Cine has little more than the detector's.
+constexpr float usual_lag = 0.4f, roadmap_lag = 0.5f, cine_lag = 0.05f;
 
 float lag_of(script::ImagingMode mode) {
     return mode == script::ImagingMode::Roadmap ? roadmap_lag
@@ -75,25 +75,90 @@ const render::Field& Monitor::signal(Recent& recent) {
     return *recent.signal;
 }
 
+namespace {
+
+/// Mixes the next image into those before, by `lag` of them where nothing has moved. Motion is looked for in
+/// squares of a few pixels: where the mean of one differs by more than noise can, the filter lets go of what
+/// was there, so that a wire or the border of contrast leaves no trail. `dose`: at the detector, of the next
+/// image; both are per nGy [nGy].
+class RecursiveFilter {
+public:
+    RecursiveFilter(render::Field& mixed, float lag) : mixed_(mixed), lag_(lag) {
+        across_ = (mixed.width + side - 1) / side;
+        down_ = (mixed.height + side - 1) / side;
+        own_.resize(static_cast<std::size_t>(across_) * static_cast<std::size_t>(down_));
+    }
+
+    void take(const render::Field& next, double dose) {
+        for (int row = 0; row < down_; ++row) look(next, dose, row);
+        const auto width = static_cast<std::size_t>(mixed_.width);
+        std::vector<float> of_pixel(width);
+        for (int row = 0; row < down_; ++row) {
+            // What moves also takes along the squares beside it.
+            for (int c = 0; c < across_; ++c) {
+                float least = 1;
+                for (int r = std::max(0, row - 1); r <= std::min(down_ - 1, row + 1); ++r)
+                    for (int k = std::max(0, c - 1); k <= std::min(across_ - 1, c + 1); ++k)
+                        least = std::min(least, own_[static_cast<std::size_t>(r * across_ + k)]);
+                for (int i = c * side; i < std::min((c + 1) * side, mixed_.width); ++i)
+                    of_pixel[static_cast<std::size_t>(i)] = 1 - lag_ * least;
+            }
+            for (int j = row * side; j < std::min((row + 1) * side, mixed_.height); ++j) {
+                float* const mixed = mixed_.values.data() + static_cast<std::size_t>(j) * width;
+                const float* const now = next.values.data() + static_cast<std::size_t>(j) * width;
+                for (std::size_t i = 0; i < width; ++i) mixed[i] += of_pixel[i] * (now[i] - mixed[i]);
+            }
+        }
+    }
+
+private:
+    static constexpr int side = 4;  // of a square [pixels]
+    /// Of a square's mean, in standard deviations: no motion below the one, nothing kept above the other.
+    static constexpr float none = 3, all = 5;
+
+    /// How much of the mixture each square of a row keeps [-].
+    void look(const render::Field& next, double dose, int row) {
+        const auto width = static_cast<std::size_t>(mixed_.width);
+        std::vector<float> difference(width), sum(width);
+        const int last = std::min((row + 1) * side, mixed_.height);
+        for (int j = row * side; j < last; ++j) {
+            const float* const mixed = mixed_.values.data() + static_cast<std::size_t>(j) * width;
+            const float* const now = next.values.data() + static_cast<std::size_t>(j) * width;
+            for (std::size_t i = 0; i < width; ++i) {
+                difference[i] += now[i] - mixed[i];
+                sum[i] += now[i];
+            }
+        }
+        for (int c = 0; c < across_; ++c) {
+            float apart = 0, quanta = 0;
+            for (int i = c * side; i < std::min((c + 1) * side, mixed_.width); ++i) {
+                apart += difference[static_cast<std::size_t>(i)];
+                quanta += sum[static_cast<std::size_t>(i)];
+            }
+            // Quanta of the square have the variance of their number, and those of the mixture less.
+            const double expected = std::max(1.0, static_cast<double>(quanta) * dose);
+            const auto deviations =
+                static_cast<float>(std::abs(apart) * dose / std::sqrt(expected * (1 + 0.5 * lag_)));
+            own_[static_cast<std::size_t>(row * across_ + c)] =
+                1 - std::clamp((deviations - none) / (all - none), 0.0f, 1.0f);
+        }
+    }
+
+    render::Field& mixed_;
+    float lag_;
+    int across_ = 0, down_ = 0;
+    std::vector<float> own_;  // what each square keeps [-]
+};
+
+}  // namespace
+
 const render::Field& Monitor::with_lag(float dose) {
     const float lag = lag_of(recent_.back().pulse.mode);
     // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes the remainder to 1.
-    std::vector<const float*> pulses;
-    for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());
-    const render::Field& size = *recent_.front().signal;
-    if (mixed_.width != size.width || mixed_.height != size.height)
-        mixed_ = render::Field(size.width, size.height);
-    constexpr std::size_t together = 1024;  // number of pixels that fits in the cache
-    for (std::size_t start = 0; start < mixed_.values.size(); start += together) {
-        const std::size_t count = std::min(together, mixed_.values.size() - start);
-        float* const mixed = mixed_.values.data() + start;
-        std::copy_n(pulses[0] + start, count, mixed);
-        for (std::size_t i = 1; i < pulses.size(); ++i) {
-            const float* const next = pulses[i] + start;
-            for (std::size_t p = 0; p < count; ++p) mixed[p] += (1.0f - lag) * (next[p] - mixed[p]);
-        }
-        for (std::size_t p = 0; p < count; ++p) mixed[p] *= dose;
-    }
+    mixed_ = signal(recent_.front());
+    RecursiveFilter filter(mixed_, lag);
+    for (std::size_t i = 1; i < recent_.size(); ++i) filter.take(signal(recent_[i]), recent_[i].dose);
+    for (float& value : mixed_.values) value *= dose;
     return mixed_;
 }
 

@@ -18,14 +18,25 @@ struct PulsedDevice {
     script::DeviceRole role = script::DeviceRole::Wire;
     geometry::Polyline joints;  // empty where it is out [mm]
     render::WireLook look;
+    render::DeviceIodine iodine = {};
 
-    void state(geometry::StateStream& s) { s(role, joints, look); }
+    render::SeenDevice seen() const { return {joints, &look, &iodine}; }
+    void state(geometry::StateStream& s) { s(role, joints, look, iodine); }
+};
+/// What stands beside them: introducer and flush catheters.
+struct PulsedTube {
+    geometry::Polyline joints;  // [mm]
+    render::WireLook look;
+    render::DeviceIodine iodine = {};
+
+    void state(geometry::StateStream& s) { s(joints, look, iodine); }
 };
 
 struct Pulse {
     render::CArm arm;
     std::vector<PulsedDevice> devices;  // innermost first
-    int tip_of_device = 0;              // the exercise's tip
+    std::vector<PulsedTube> tubes;
+    int tip_of_device = 0;  // the exercise's tip
     render::Exposure exposure;
     script::ImagingMode mode = script::ImagingMode::Live;
     bool new_mask = false;  // of DSA
@@ -34,10 +45,13 @@ struct Pulse {
     const geometry::Polyline& tip_of() const { return devices[tip_of_device].joints; }
     render::SeenDevices seen() const {
         render::SeenDevices seen;
-        for (const PulsedDevice& device : devices) seen.all.push_back({device.joints, &device.look});
+        for (const PulsedDevice& device : devices) seen.all.push_back(device.seen());
+        for (const PulsedTube& tube : tubes) seen.all.push_back({tube.joints, &tube.look, &tube.iodine});
         return seen;
     }
-    void state(geometry::StateStream& s) { s(arm, devices, tip_of_device, exposure, mode, new_mask, time); }
+    void state(geometry::StateStream& s) {
+        s(arm, devices, tubes, tip_of_device, exposure, mode, new_mask, time);
+    }
 };
 
 /// Live images mix each pulse with those before it (the lag of detector and noise filter), cine by the

@@ -170,7 +170,8 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
         r.torque.of[k] = hand.load.torque;
         r.bow.of[k] = hand.bow;
     }
-    r.tip = place_of(tip.at + shift);
+    const geometry::Polyline path = simulation.carried_path_of(held);
+    r.tip = place_of((path.empty() ? simulation.place_now(tip.at) - shift : path.back()) + shift);
     r.direction = place_of(tip.along);
     r.branch = Branch{place.branch};
     r.along = anatomy::along(anatomy, place);
@@ -184,7 +185,7 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
         r.leaked_iodine += hole.iodine;
     }
     r.friction_loss = simulation.wire().friction_loss + simulation.wire().rub_loss;
-    r.target = place_of(simulation.target() + shift);
+    r.target = place_of(simulation.place_now(simulation.target()));
     r.target_radius = simulation.scenario().target.radius;
     r.shift = place_of(shift);
     r.tip_to_target = simulation.tip_to_target();

@@ -33,10 +33,6 @@ constexpr int rounds_of_mending = 4;
 constexpr double hardly = 0.5;
 constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
 
-blood::Injection injection(const script::Inject& command) {
-    return {command.branch, command.rate, command.volume, command.iodine};
-}
-
 std::string problem_of(const script::Command& command, const scenario::Scenario& scenario,
                        const anatomy::Anatomy& anatomy) {
     const auto* set = std::get_if<script::Complicate>(&command);
@@ -69,6 +65,14 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     } catch (const io::InputError& error) {
         throw io::InputError(io::located(scenario_.place("contrast.blood_from"), error.what()));
     }
+    motion_.emplace(scenario_.motion, contrast_->blood());
+    if (!scenario_.entry.flush_catheter.empty()) {
+        try {
+            contrast_->entry_of(scenario_.entry.flush_catheter);
+        } catch (const io::InputError& error) {
+            throw io::InputError(io::located(scenario_.place("entry.flush_catheter"), error.what()));
+        }
+    }
     if (script)
         if (const auto wrong = problems(*script); !wrong.empty())
             throw io::InputError(io::joined(wrong, "\n"));
@@ -88,6 +92,7 @@ Simulation::Simulation(const Simulation& like)
       reach_(like.reach_),
       gives_(like.gives_),
       contrast_(std::make_unique<blood::ContrastFlow>(*like.contrast_)),
+      motion_(like.motion_),
       console_(like.console_),
       was_reset_(like.was_reset_),
       denied_(like.denied_) {
@@ -113,11 +118,13 @@ void Simulation::reset() {
     breathing_ = {};
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
+    flushed_.clear();
     injuries_.clear();
     complications_.clear();
     take_up_complications();
     model_changes_ = {};
     lay(entry_.points);
+    stand_tubes();
     tip_at_start_ = tip();
 }
 
@@ -217,11 +224,7 @@ struct Simulation::Apply {
     void operator()(const script::Grip& c) const { at.grip(*at.scenario_.index_of(c.held), c.distance); }
     void operator()(const script::Pin& c) const { at.pin(*at.scenario_.index_of(c.held), c.on); }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
-    void operator()(const script::Inject& c) const {
-        if (c.through_device()) return at.inject_through(c);
-        if (c.introducer) return at.contrast_->inject({at.wire_.joints[0], c.rate, c.volume, c.iodine});
-        at.contrast_->inject(injection(c));
-    }
+    void operator()(const script::Inject& c) const { at.inject_through(c); }
     void operator()(const script::Reset&) const { at.reset(); }
     void operator()(const script::Complicate& c) const {
         at.complications_.set(c, *at.anatomy_, at.frames_);
@@ -258,10 +261,16 @@ std::vector<std::string> Simulation::problems(const script::CommandScript& scrip
         if (!inject || !missing_device(timed.command, scenario_).empty()) continue;
         try {
             // Where a device's tip will be is not known yet; the limit of contrast is.
-            if (inject->branch.empty())
+            if (inject->branch.empty()) {
                 trial.inject({target_, inject->rate, inject->volume, inject->iodine});
-            else
-                trial.inject(injection(*inject));
+            } else {
+                trial.inject({inject->branch, inject->rate, inject->volume, inject->iodine});
+                if (const double most = exercise::largest_flow(flush_catheter(), 0, 0); inject->rate > most)
+                    found.push_back(io::located(
+                        timed.place, fmt::format("a 5 F flush catheter passes {:.1f} ml/s at most; {:g} ml/s "
+                                                 "were asked for",
+                                                 most, inject->rate)));
+            }
         } catch (const io::InputError& error) {
             found.push_back(io::located(timed.place, error.what()));
         }
@@ -279,6 +288,7 @@ StepReport Simulation::step() {
     report.past_vessel_end = tip_has_left();
     keep_readings(report);
     report.injuries = look_for_injuries();
+    lead_lines();
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
     report.breath = breathing_.step(time(), 1 / scenario_.frame_rate, scenario_.motion);
@@ -318,6 +328,11 @@ double Simulation::breath() const {
 
 Vec3 Simulation::vessel_shift() const {
     return scenario_.motion.with_breath(time(), breath());
+}
+
+Vec3 Simulation::place_now(const Vec3& x) const {
+    if (motion_->rigid()) return x + vessel_shift();
+    return x + motion_->at(x, scenario::contraction(time(), scenario_.motion.heart_rate), breath());
 }
 
 /// Of a frame with the global relaxer. One update takes twice as long where vessels make way.
@@ -517,12 +532,14 @@ void Simulation::state(geometry::StateStream& s) {
       console_, frames_, iodine_, tip_at_start_, exchanged_name_, breathing_, drags_, outside_, push_before_,
       injuries_, model_changes_);
     s.unless_empty(pinned_otherwise_);
+    s.unless_empty(flushed_);
     complications_.state(s);
     s.beside(readings_);
     if (s.restores()) {
         complications_.find_places(*anatomy_);
         take_up_complications();
         place_devices();
+        stand_tubes();
         if (gives_) gives_->forget();
     }
     if (hub_)

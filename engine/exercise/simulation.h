@@ -8,15 +8,18 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/complications.h"
 #include "engine/exercise/console.h"
 #include "engine/exercise/injury.h"
+#include "engine/exercise/lines.h"
 #include "engine/exercise/outside.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
+#include "engine/scenario/motion_field.h"
 #include "engine/scenario/scenario.h"
 #include "engine/scenario/vessel_give.h"
 #include "engine/script/command.h"
@@ -183,11 +186,14 @@ public:
     double time() const;                    // at the end of the last step [s]
     const scenario::Breathing& breathing() const { return breathing_; }
     double breath() const;  // fraction of the way to the end of a quiet inspiration [-]
-    /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
+    /// Displacement of vessels and wire as a whole now, from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
+    /// Where a place that anatomy() and wire() have is now, with the heart's and the breath's motion there.
+    geometry::Vec3 place_now(const geometry::Vec3&) const;
 
-    /// How far the devices have pushed the vessels aside, at each node of contrast() and at each node of the
-    /// distal arteries of the image, which go with the end before them; empty = nowhere [mm].
+    /// How far besides vessel_shift() the vessels are where devices have pushed them and a heart has carried
+    /// them, at each node of contrast() and at each node of the distal arteries of the image, which go with
+    /// the end before them; empty = nowhere [mm].
     struct VesselMoves {
         std::vector<Eigen::Vector3f> of_nodes, of_distal;
     };
@@ -209,6 +215,9 @@ public:
     Tip tip_of(script::DeviceRole) const;
     /// From the introducer to where the device ends; empty where it is not inside [mm].
     geometry::Polyline path_of(script::DeviceRole) const;
+    /// The same where a heart has carried it, vessel_shift() aside: a device that is stiff for its vessel
+    /// follows the mean of what moves a few centimetres of it.
+    geometry::Polyline carried_path_of(script::DeviceRole) const;
     /// Of the device that the exercise is about.
     geometry::Vec3 tip() const;
     double tip_to_target() const { return (tip() - target_).norm(); }  // [mm]
@@ -224,6 +233,28 @@ public:
     double passes_on(int device = 0) const;
     /// Largest flow of contrast through a device, with what is in its lumen where it is [ml/s].
     double largest_flow(script::DeviceRole = script::DeviceRole::Catheter) const;
+    double largest_flow_of_introducer() const;  // around the devices in it [ml/s]
+
+    /// What lies in the bore of a device, and the length of the bore, from the hub, that it lies in.
+    struct Bore {
+        double inner = 0, inside = 0;  // diameter and length [mm]
+    };
+    Bore bore_of(int device) const;
+
+    /// What stands in the beam besides the devices: the introducer, then flush catheters, which stay where
+    /// they are from the start, or from their first injection on.
+    struct Standing {
+        StillTube tube;
+        int line = 0;  // of contrast()
+    };
+    std::span<const Standing> standing() const { return standing_; }
+    /// Contrast that leaves the end of a device or the introducer now: what of, and where and whither.
+    struct Jet {
+        Tip from;
+        double bore = 0;  // diameter [mm]
+        blood::ContrastFlow::Outflow out;
+    };
+    std::vector<Jet> jets() const;
 
     /// Everything that later frames depend on: two simulations of one scenario with the same state never
     /// diverge.
@@ -256,6 +287,14 @@ private:
     void lay(const geometry::Polyline&, const physics::Chain* before = nullptr);
     int device_of(script::DeviceRole) const;
     void inject_through(const script::Inject&);
+    void inject_by(const physics::DeviceSpec&, double inner, double inside, int line,
+                   std::variant<std::string, geometry::Vec3> at, const script::Inject&);
+    double widest_inside() const;
+    const Standing& flush_catheter_in(const std::string& branch);
+    std::vector<geometry::Vec3> carried() const;
+    void stand_tubes();
+    geometry::Vec3 led_to(const Tip&) const;
+    void lead_lines();
     void exchange_wire(Motion&, StepReport&);
     bool stands_before_a_narrow_vessel(int device) const;
     double allowed_feed(const Motion&, StepReport&) const;
@@ -334,6 +373,9 @@ private:
     Outside outside_;              // for what hands hold
     double push_before_ = 0;       // on the shaft fed, before the part under way [N]
     std::unique_ptr<blood::ContrastFlow> contrast_;
+    std::optional<scenario::MotionField> motion_;
+    std::vector<Standing> standing_;
+    std::vector<std::string> flushed_;  // branches that flush catheters have been put into in the attempt
     Console console_;
     int frames_ = 0;  // since the start or the last reset
     scenario::Breathing breathing_;

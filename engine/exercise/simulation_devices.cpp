@@ -51,6 +51,43 @@ geometry::Polyline Simulation::path_of(script::DeviceRole held) const {
     return path;
 }
 
+/// What a heart has moved the joints by besides vessel_shift(), each the mean over its neighbourhood.
+std::vector<Vec3> Simulation::carried() const {
+    constexpr double stiff = 20;  // to each side (estimate) [mm]
+    const Vec3 shift = vessel_shift();
+    std::vector<Vec3> own, sums{Vec3::Zero()}, mean;
+    std::vector<double> along{0};
+    for (std::size_t i = 0; i < wire_.joints.size(); ++i) {
+        own.push_back(place_now(wire_.joints[i]) - wire_.joints[i] - shift);
+        sums.push_back(sums.back() + own.back());
+        if (i > 0) along.push_back(along.back() + (wire_.joints[i] - wire_.joints[i - 1]).norm());
+    }
+    std::size_t first = 0, last = 0;  // of the neighbourhood
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        const double reach = std::min({stiff, along[i], along.back() - along[i]});
+        while (along[i] - along[first] > reach + 1e-9) ++first;
+        last = std::max(last, i);
+        while (last + 1 < own.size() && along[last + 1] - along[i] <= reach + 1e-9) ++last;
+        mean.push_back((sums[last + 1] - sums[first]) / static_cast<double>(last + 1 - first));
+    }
+    return mean;
+}
+
+geometry::Polyline Simulation::carried_path_of(script::DeviceRole held) const {
+    geometry::Polyline path = path_of(held);
+    if (motion_->rigid() || path.empty()) return path;
+    const std::vector<Vec3> by = carried();
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) path[i] += by[i];
+    // A device may end within a segment.
+    const std::size_t end = path.size() - 1;
+    if (end == 0) return path;
+    const double part = std::clamp((path_of(held)[end] - wire_.joints[end - 1]).norm() /
+                                       std::max(1e-12, (wire_.joints[end] - wire_.joints[end - 1]).norm()),
+                                   0.0, 1.0);
+    path[end] += (1 - part) * by[end - 1] + part * by[end];
+    return path;
+}
+
 Simulation::Tip Simulation::tip_of(script::DeviceRole held) const {
     const geometry::Polyline path = path_of(held);
     if (path.empty()) return {wire_.joints[0], wire_.tangents[0]};
@@ -121,16 +158,19 @@ void Simulation::place_devices() {
     for (const int device : pinned_otherwise_) devices_[device].pinned = !devices_[device].pinned;
 }
 
+/// What is not in the body of the inner device is in the part of the outer one outside, if it is in it at
+/// all.
+Simulation::Bore Simulation::bore_of(int device) const {
+    const double in = inserted(devices_[device].role), inside = wire_.devices[device - 1].inserted,
+                 outside = devices_[device].device.length - in;
+    return {devices_[device - 1].device.outer_diameter, inside <= 0 ? 0 : outside + std::min(inside, in)};
+}
+
 double Simulation::largest_flow(script::DeviceRole held) const {
     const std::optional<int> device = scenario_.index_of(held);
-    const double in = inserted(held);
-    if (!device || *device == 0 || in <= 0) return 0;
-    const scenario::Device &outer = devices_[*device].device, &inner = devices_[*device - 1].device;
-    // What is not in the body of the inner device is in the part of the outer one outside, if it is in it at
-    // all.
-    const double inside = wire_.devices[*device - 1].inserted, outside = outer.length - in;
-    return exercise::largest_flow(outer, inner.outer_diameter,
-                                  inside <= 0 ? 0 : outside + std::min(inside, in));
+    if (!device || *device == 0 || inserted(held) <= 0) return 0;
+    const Bore bore = bore_of(*device);
+    return exercise::largest_flow(devices_[*device].device, bore.inner, bore.inside);
 }
 
 int Simulation::device_of(script::DeviceRole held) const {
@@ -138,17 +178,121 @@ int Simulation::device_of(script::DeviceRole held) const {
                                                                    : *scenario_.index_of(held);
 }
 
+namespace {
+
+/// Numbers of the lines of contrast: those of devices are their places in the list.
+constexpr int introducer_line = 16, flush_line = 17;
+
+}  // namespace
+
+void Simulation::inject_by(const physics::DeviceSpec& tube, double inner, double inside, int line,
+                           std::variant<std::string, geometry::Vec3> at, const script::Inject& command) {
+    contrast_->inject({std::move(at), command.rate, command.volume, command.iodine,
+                       blood::Line{line, bore_volume(tube, inner, inside), flush_flow(tube, inner, inside)}});
+}
+
 void Simulation::inject_through(const script::Inject& command) {
     const auto deny = [this](std::string why) { denied_ = "Nothing was injected: " + std::move(why); };
+    const auto passes = [](double most) { return fmt::format("the lumen passes {:.1f} ml/s at most", most); };
+    if (!command.branch.empty()) {
+        const Standing& flush = flush_catheter_in(command.branch);
+        if (const double most = exercise::largest_flow(flush.tube.spec, 0, 0); command.rate > most)
+            return deny("of the flush catheter, " + passes(most));
+        return inject_by(flush.tube.spec, 0, 0, flush.line, command.branch, command);
+    }
+    if (command.introducer) {
+        const physics::DeviceSpec& sheath = standing_.front().tube.spec;
+        if (const double most = largest_flow_of_introducer(); command.rate > most)
+            return deny("of the introducer, " + passes(most));
+        return inject_by(sheath, widest_inside(), sheath.length, introducer_line, wire_.joints[0], command);
+    }
     const std::string_view name = script::name_of(command.through);
     if (inserted(command.through) <= 0) return deny(fmt::format("the {} is not inside", name));
     const double most = largest_flow(command.through);
-    const int inner = *scenario_.index_of(command.through) - 1;
+    const int device = *scenario_.index_of(command.through);
     if (command.rate > most)
-        return deny(most < 0.1 ? fmt::format("the {} fills the {}'s lumen", devices_[inner].name(), name)
-                               : fmt::format("the lumen passes {:.1f} ml/s at most", most));
-    const geometry::Vec3 at = tip_of(command.through).at;
-    contrast_->inject({at, command.rate, command.volume, command.iodine});
+        return deny(most < 0.1 ? fmt::format("the {} fills the {}'s lumen", devices_[device - 1].name(), name)
+                               : passes(most));
+    const Bore bore = bore_of(device);
+    inject_by(devices_[device].device, bore.inner, bore.inside, device, led_to(tip_of(command.through)),
+              command);
+}
+
+double Simulation::largest_flow_of_introducer() const {
+    const physics::DeviceSpec& sheath = standing_.front().tube.spec;
+    return exercise::largest_flow(sheath, widest_inside(), sheath.length);
+}
+
+/// Outer diameter of the largest device in the introducer [mm].
+double Simulation::widest_inside() const {
+    double widest = 0;
+    for (std::size_t k = 0; k < devices_.size(); ++k)
+        if (wire_.devices[k].inserted > 0) widest = std::max(widest, devices_[k].device.outer_diameter);
+    return widest;
+}
+
+/// The introducer, and the flush catheters of scenario and attempt.
+void Simulation::stand_tubes() {
+    standing_.clear();
+    standing_.push_back({introducer_of(*anatomy_), introducer_line});
+    const std::vector<std::string> placed = std::exchange(flushed_, {});
+    if (!scenario_.entry.flush_catheter.empty()) flush_catheter_in(scenario_.entry.flush_catheter);
+    for (const std::string& branch : placed) flush_catheter_in(branch);
+}
+
+const Simulation::Standing& Simulation::flush_catheter_in(const std::string& branch) {
+    const std::size_t first = scenario_.entry.flush_catheter.empty() ? 1 : 2;
+    if (first == 2 && standing_.size() > 1 && branch == scenario_.entry.flush_catheter) return standing_[1];
+    const auto known = std::ranges::find(flushed_, branch);
+    if (known != flushed_.end()) return standing_[first + static_cast<std::size_t>(known - flushed_.begin())];
+    if (branch != scenario_.entry.flush_catheter) flushed_.push_back(branch);
+    const blood::BloodFlow& blood = contrast_->blood();
+    const blood::FlowCell& end = blood.cells[static_cast<std::size_t>(contrast_->entry_of(branch))];
+    standing_.push_back({flush_catheter_to(*anatomy_, end), flush_line + static_cast<int>(standing_.size())});
+    return standing_.back();
+}
+
+/// Where what leaves an end gets to: into the mouth of a branch that the end lies in or that is just ahead,
+/// as from a catheter in the mouth of a coronary artery; else it mixes where the end is.
+Vec3 Simulation::led_to(const Tip& tip) const {
+    constexpr double ahead = 6, step = 1;  // [mm]
+    constexpr double smaller = 0.5;        // radius of a branch over that of the vessel
+    constexpr double mouth = 0.85;         // of the vessel's radius, from where on a branch has left it
+    const blood::BloodFlow& blood = contrast_->blood();
+    const blood::FlowCell& here = blood.cells[static_cast<std::size_t>(blood.nearest(tip.at))];
+    for (double gone = 0; gone <= ahead; gone += step) {
+        const Vec3 at = tip.at + gone * tip.along;
+        for (const blood::FlowCell& cell : blood.cells)
+            if (cell.branch != here.branch && cell.radius < smaller * here.radius &&
+                (at - cell.centre).norm() < cell.radius &&
+                (cell.centre - here.centre).norm() > mouth * here.radius)
+                return cell.centre;
+    }
+    return tip.at;
+}
+
+/// To where devices have come.
+void Simulation::lead_lines() {
+    for (int device = 1; device < static_cast<int>(devices_.size()); ++device) {
+        if (inserted(devices_[device].role) <= 0 || !contrast_->was_used(device)) continue;
+        const Bore bore = bore_of(device);
+        contrast_->lead(device, led_to(tip_of(devices_[device].role)),
+                        bore_volume(devices_[device].device, bore.inner, bore.inside));
+    }
+}
+
+std::vector<Simulation::Jet> Simulation::jets() const {
+    std::vector<Jet> jets;
+    const auto add = [&](const Tip& from, const physics::DeviceSpec& tube, int line) {
+        const blood::ContrastFlow::Outflow out = contrast_->out_of_line(line);
+        if (out.iodine > 0 && out.flow > 0) jets.push_back({from, tube.inner_diameter, out});
+    };
+    for (int device = 1; device < static_cast<int>(devices_.size()); ++device)
+        if (inserted(devices_[device].role) > 0)
+            add(tip_of(devices_[device].role), devices_[device].device, device);
+    add({wire_.joints[0], wire_.tangents[std::min<std::size_t>(1, wire_.tangents.size() - 1)]},
+        standing_.front().tube.spec, introducer_line);
+    return jets;
 }
 
 /// The part of a motion that the devices' lengths and the vessels allow [mm].

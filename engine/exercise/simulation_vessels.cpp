@@ -164,8 +164,16 @@ const std::vector<render::VertexMove>& Simulation::narrowed_lumen() const {
 Simulation::VesselMoves Simulation::vessel_moves() const {
     VesselMoves moves;
     const auto by = displacement();
-    if (!by) return moves;
-    moves.of_nodes = moved(*wall_->foundation(), *by, contrast_->nodes(), node_stations_);
+    if (!by && motion_->rigid()) return moves;
+    if (by) moves.of_nodes = moved(*wall_->foundation(), *by, contrast_->nodes(), node_stations_);
+    if (!motion_->rigid()) {
+        moves.of_nodes.resize(contrast_->nodes().size(), Eigen::Vector3f::Zero());
+        const Vec3 shift = vessel_shift();
+        for (std::size_t n = 0; n < moves.of_nodes.size(); ++n) {
+            const Vec3& node = contrast_->nodes()[n];
+            moves.of_nodes[n] += (place_now(node) - node - shift).cast<float>();
+        }
+    }
     moves.of_distal = distal_moves(contrast_->blood(), moves.of_nodes);
     return moves;
 }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "engine/exercise/device_rules.h"
+#include "engine/exercise/lines.h"
 
 namespace room {
 namespace {
@@ -14,12 +15,9 @@ using Site = InjectionPreset::Site;
 constexpr double least_rate = 0.1;    // of a command [ml/s]
 constexpr double rate_digits = 1e-2;  // of a hand that the lumen slows, rounded down [ml/s]
 
-/// Largest flow at 1200 psi of a 5 F flush catheter for the abdomen, as the catalogue's omniflush5f [ml/s].
+/// Of a flush catheter [ml/s].
 double largest_flush() {
-    physics::DeviceSpec catheter;
-    catheter.inner_diameter = 1.1;
-    catheter.length = 650;
-    return exercise::largest_flow(catheter, 0, 0);
+    return exercise::largest_flow(exercise::flush_catheter(), 0, 0);
 }
 
 /// A branch by its name or the start of its name, as commands take it.
@@ -151,23 +149,24 @@ Answer inject(const InjectionPreset& preset, const exercise::Simulation& simulat
                           preset.iodine};
     inject.introducer = site == Site::Introducer;
     std::string slowed;
-    if (site == Site::Device) {
-        inject.through = devices[1].role;
-        const std::string_view name = devices[1].name();
-        if (simulation.inserted(inject.through) <= 0)
+    if (site != Site::Branch) {
+        const bool introducer = site == Site::Introducer;
+        if (!introducer) inject.through = devices[1].role;
+        const std::string_view name = introducer ? "introducer" : devices[1].name();
+        if (!introducer && simulation.inserted(inject.through) <= 0)
             return {{}, fmt::format("Nothing was injected: the {} is not inside", name)};
-        const double most = std::floor(simulation.largest_flow(inject.through) / rate_digits) * rate_digits;
+        const double flow =
+            introducer ? simulation.largest_flow_of_introducer() : simulation.largest_flow(inject.through);
+        const double most = std::floor(flow / rate_digits) * rate_digits;
+        const std::string_view filled_by = introducer ? "device in it" : devices[0].name();
         if (most < least_rate)
-            return {
-                {},
-                fmt::format("Nothing was injected: the {} fills the {}'s lumen", devices[0].name(), name)};
+            return {{}, fmt::format("Nothing was injected: the {} fills the {}'s lumen", filled_by, name)};
         if (inject.rate > most && !hand)
             return {{},
                     fmt::format("The {}'s lumen passes {:.1f} ml/s at the pump's 1200 psi; {:g} ml/s were "
                                 "asked for",
                                 name, most, preset.rate)};
-        if (inject.rate > most)
-            slowed = fmt::format(", all that its lumen passes around the {}", devices[0].name());
+        if (inject.rate > most) slowed = fmt::format(", all that its lumen passes around the {}", filled_by);
         inject.rate = std::min(inject.rate, most);
     }
     if (site == Site::Branch && inject.rate > largest_flush())

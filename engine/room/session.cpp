@@ -370,7 +370,7 @@ private:
     void keep_view_of_image(const exercise::Frame& frame) {
         if (!frame.motion.console.pulse) return;
         view_.image_arm = frame.monitor->last_pulse()->arm;
-        view_.vessel_shift = frame.monitor->last_pulse()->exposure.vessel_shift;
+        view_.target_in_image = frame.simulation.place_now(frame.simulation.target());
     }
 
     void show_hands() {

@@ -97,7 +97,7 @@ struct View {
     std::string refused;  // what a teacher asked for last and was not done, and why
     /// How the image was taken, for marks on it; none before the first.
     std::optional<render::CArm> image_arm;
-    geometry::Vec3 vessel_shift = geometry::Vec3::Zero();  // of vessels in that image [mm]
+    geometry::Vec3 target_in_image = geometry::Vec3::Zero();  // where the target is in that [mm]
 };
 
 struct SessionOptions {

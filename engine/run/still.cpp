@@ -45,7 +45,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         const bool flows = exercise::has_contrast(mask.exposure);
         if (request.mode == script::ImagingMode::Roadmap) mask.devices.front().joints.clear();
         exercise::Pulse filled = mask;
-        exercise::remove_contrast(mask.exposure);
+        exercise::remove_contrast(mask);
         if (!flows) filled.exposure.iodine = request.iodine;
         ++filled.exposure.frame;  // for different noise
         monitor.take(mask);
@@ -53,7 +53,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
     }
     if (request.mode != script::ImagingMode::Dsa) {
         pulse.mode = request.mode;
-        if (request.mode == script::ImagingMode::Roadmap) exercise::remove_contrast(pulse.exposure);
+        if (request.mode == script::ImagingMode::Roadmap) exercise::remove_contrast(pulse);
         monitor.take(pulse);
     }
     return *monitor.image();

@@ -18,8 +18,8 @@ double contraction(double time, double rate);
 /// (Lujan et al. 1999, with n = 2). `time` [s], `rate` [1/min].
 double inspiration(double time, double rate);
 
-/// Vessels, introducer and wire move together, without turning or changing shape, so that the wire's
-/// equilibrium is the same in their frame; bones and skin stand still. Off at zero amplitude.
+/// Vessels, introducer and wire move together, so that the wire's equilibrium is that of vessels at rest;
+/// bones and skin stand still. How each place moves is in MotionField. Off at zero amplitude.
 struct VesselMotion {
     double heart_rate = 70;                                   // [1/min]
     geometry::Vec3 heart_reach = geometry::Vec3::Zero();      // at the end of systole [mm]

@@ -90,6 +90,8 @@ struct Entry {
     std::string end;             // name of the open end that the devices come in by
     double sheath = 0;           // bore of the introducer sheath there, a diameter; 0 = usual_sheath() [mm]
     double sheath_length = 110;  // of a short introducer (10 to 11 cm in catalogues) [mm]
+    /// Branch at whose start a flush catheter from another access ends from the beginning on; empty = none.
+    std::string flush_catheter = {};
 };
 
 struct Target {
@@ -101,9 +103,11 @@ struct Target {
 };
 
 struct Imaging {
-    double detector_dose = 30;       // a pulse at the detector [nGy]
-    double iodine = 0;               // contrast that fills the lumen at the start [mg/ml]
-    bool patient = true;             // a body around the vessel; off = the vessel and wire in air
+    double detector_dose = 30;  // a pulse at the detector [nGy]
+    double iodine = 0;          // contrast that fills the lumen at the start [mg/ml]
+    bool patient = true;        // a body around the vessel; off = the vessel and wire in air
+    /// Of the room, around that body: table top and mattress, electrodes on the chest.
+    bool table = true, leads = true;
     double acquisition_dose = 1000;  // a pulse of DSA at the detector [nGy]
     double cine_dose = 150;          // a pulse of cine at the detector [nGy]
     /// What the acquisition pedal takes: DSA or cine.

@@ -169,6 +169,7 @@ void read_entry(io::Section entry, Scenario& s) {
     entry.number("inserted_mm", inserted, {1, 2000});
     entry.number("sheath_F", s.entry.sheath, {1, 30}, french);
     entry.number("sheath_length_mm", s.entry.sheath_length, {10, 1000});
+    entry.word("flush_catheter", s.entry.flush_catheter);
     entry.number("hand_mm", s.hand_distance, {script::least_grip, script::largest_grip});
     entry.finish();
 }
@@ -343,6 +344,8 @@ void read_imaging(io::Section imaging, Scenario& s) {
     }
     imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, render::largest_iodine});
     imaging.flag("patient", s.imaging.patient);
+    imaging.flag("table", s.imaging.table);
+    imaging.flag("leads", s.imaging.leads);
     imaging.finish();
 }
 

@@ -134,8 +134,8 @@ struct Beam {
 struct Contrast {
     double iodine = 0;  // fills the lumen from now on [mg/ml]
 };
-/// Injects through a device's tip, through the introducer that all devices come in by, or through a catheter
-/// that is not drawn and lies in a branch, from another access.
+/// Injects through a device's tip, through the introducer that all devices come in by, or through a flush
+/// catheter that lies in a branch, from another access.
 struct Inject {
     double volume = 0;    // [ml]
     double rate = 0;      // [ml/s]

@@ -12,6 +12,7 @@
 #include "engine/io/text.h"
 #include "engine/run/still.h"
 #include "engine/scenario/scenario.h"
+#include "engine/studies/forced_choice.h"
 #include "engine/studies/picture_measures.h"
 #include "engine/studies/runs.h"
 #include "engine/studies/templates.h"
@@ -131,7 +132,8 @@ render::GrayImage cine_of(const StudyOptions& options, int pixels) {
     request.cranial = -20 * geometry::degree;
     request.mode = script::ImagingMode::Cine;
     return run::render_still(
-        scenario, script::parse_commands("0 beam on\n2 inject 5 ml at 4 ml/s into LM\n20 end\n", "realism"),
+        scenario,
+        script::parse_commands("0 beam on\n2 inject 5 ml at 4 ml/s through introducer\n20 end\n", "realism"),
         request, options.cache);
 }
 
@@ -155,6 +157,7 @@ StudyResult run_realism(const StudyOptions& options) {
     const int pixels = options.quick ? 128 : 1024;
     const std::vector<std::filesystem::path> others = pictures_in(options.pictures);
     Measured measured;
+    std::vector<NamedPicture> real, own;
     std::vector<render::GrayImage> images;
     std::vector<std::string> labels;
     io::Table table{"views", {"region", "view", "triangles", "tube_kV", "air_kerma_mGy"}};
@@ -178,6 +181,7 @@ StudyResult run_realism(const StudyOptions& options) {
             render::Field expected = imaging.fluoroscope.expected_quanta(arm, {}, exposure);
             for (float& value : expected.values) value = std::log(std::max(value, 1e-3f));
             measured.add(labels.back(), field_of(images.back()), expected, render::pixel_width(arm));
+            own.push_back({labels.back(), field_of(images.back()), render::pixel_width(arm)});
             const render::Technique technique = imaging.fluoroscope.technique(arm, exposure);
             table.add({region.name, angles.name, triangles, technique.kvp, technique.air_kerma});
         }
@@ -187,6 +191,7 @@ StudyResult run_realism(const StudyOptions& options) {
         images.push_back(cine_of(options, pixels / 2));
         labels.push_back("left coronary artery, cine, RAO 30 caudal 20");
         measured.add(labels.back(), field_of(images.back()), field_of(images.back()), 360.0 / pixels);
+        own.push_back({labels.back(), field_of(images.back()), 360.0 / pixels});
     }
     work.tell("cine");
     for (const std::filesystem::path& file : others) {
@@ -197,8 +202,11 @@ StudyResult run_realism(const StudyOptions& options) {
         } catch (const std::invalid_argument& error) {
             throw io::InputError("{}: {}", file.string(), error.what());
         }
+        real.push_back({name, grey, pixel_of(name)});
         work.tell(name);
     }
+    constexpr int pairs = 20;
+    ForcedChoice choice = forced_choice(real, own, pairs, options.seed);
     StudyResult result;
     result.page = filled_text("realism", {{"quick", options.quick ? " --quick" : ""},
                                           {"dose", scenario::Scenario{}.imaging.acquisition_dose},
@@ -209,6 +217,10 @@ StudyResult run_realism(const StudyOptions& options) {
                         "and a frame of cine.",
                         render::contact_sheet(images, 3, pixels / 2, labels)}};
     result.tables = {std::move(table), std::move(measured.table)};
+    if (choice.pairs.empty()) return result;
+    for (StudyPicture& pair : choice.pairs) result.pictures.push_back(std::move(pair));
+    result.tables.push_back(std::move(choice.answers));
+    result.files.emplace_back("choice.html", std::move(choice.page));
     return result;
 }
 

@@ -76,6 +76,7 @@ struct StudyResult {
     std::vector<std::pair<std::string, std::string>> notes =
         {};  // of a figure: what holds for all its claims
     std::vector<StudyPicture> pictures = {};
+    std::vector<std::pair<std::string, std::string>> files = {};  // others: name and text
 
     /// Adds a claim of this project's own.
     void claim(std::string text, io::TableCell published, io::TableCell measured, bool holds,

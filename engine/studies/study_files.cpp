@@ -101,6 +101,7 @@ std::vector<std::string> write_study(const Study& study, const StudyResult& resu
     for (const io::Table& table : result.tables)
         io::write_whole(out / (table.name + ".csv"), io::to_csv(table));
     io::write_whole(out / (std::string(study.id) + ".md"), result.page);
+    for (const auto& [name, text] : result.files) io::write_whole(out / name, text);
     if (!result.claims.empty())
         io::write_whole(
             out / "claims.json",

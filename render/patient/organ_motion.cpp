@@ -70,11 +70,8 @@ double breathing_fraction(double height) {
     return interpolated(rows, height);
 }
 
-void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double breath, double beat) {
-    Eigen::AlignedBox3d heart;
-    for (const TissueLayer& layer : layers)
-        if (layer.name == "heart")
-            for (const Vec3& v : layer.mesh.vertices) heart.extend(v);
+void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double breath,
+                 const std::function<Vec3(const Vec3&)>& systole) {
     for (TissueLayer& layer : layers) {
         if (breath != 0.0 && layer.name == "bowel gas") layer.drift = carried(layer.mesh);
         if (breath != 0.0 && breathes(layer.name)) {
@@ -83,19 +80,9 @@ void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double br
                 layer.breath.emplace_back(
                     0.0f, 0.0f, static_cast<float>(-breath * breathing_fraction(v.z() - origin.z())));
         }
-        if (beat != 0.0 && !heart.isEmpty() && follows_the_heart(layer.name)) {
+        if (systole && follows_the_heart(layer.name)) {
             layer.beat.reserve(layer.mesh.vertices.size());
-            const Vec3 half = 0.5 * heart.sizes(), middle = heart.center();
-            for (const Vec3& v : layer.mesh.vertices) {
-                const Vec3 off = v - middle;
-                const double out = off.cwiseQuotient(half).norm();
-                // Grows to the border, then fades within a third of the heart's width.
-                const double fraction = out < 1.0 ? out : std::exp(-std::pow((out - 1.0) / 0.35, 2.0));
-                const double toward_left = 0.75 + 0.25 * std::clamp(off.x() / half.x(), -1.0, 1.0);
-                const double length = off.norm();
-                const Vec3 direction = length > 1e-9 ? Vec3(-off / length) : Vec3(Vec3::Zero());
-                layer.beat.push_back((beat * toward_left * fraction * direction).cast<float>());
-            }
+            for (const Vec3& v : layer.mesh.vertices) layer.beat.push_back(systole(v).cast<float>());
         }
     }
 }

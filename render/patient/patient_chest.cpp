@@ -208,7 +208,8 @@ public:
             if (!lung_.holds(p, lung_gap + 0.8 * blob.radius * std::max(1.0f, blob.elongation))) continue;
             blob.middle = p.cast<float>();
             blob.axis = (out + 0.6 * Vec3(aside, up, aside * up)).normalized().cast<float>();
-            blob.fraction = more ? 0.42f : -0.14f;
+            // Of lung in the place of tissue: where vessels lie there is less.
+            blob.fraction = more ? -0.42f : 0.14f;
             if (!more) blob.radius *= 1.442f;  // three times the volume
             more = !more;
             blobs.push_back(blob);
@@ -360,18 +361,16 @@ shape::Solid lung_space(const Chest& chest, Side side) {
 
 void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest, const Chance& chance) {
     TriangleMesh vessels, muscle;
-    std::vector<TextureBlob> finest;
     for (const Side side : {left, right}) {
         const Lung lung(chest, side);
         layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::Lung, Material::SoftTissue,
                           lung.mesh(), false});
         LungVessels tree(lung, side, chance.field("lung vessels", side.sign > 0.0 ? 0 : 1));
-        tree.add_finest(side, finest);
+        tree.add_finest(side, layers.back().texture_blobs);
         append(vessels, std::move(tree).mesh());
         append(muscle, dome(chest, side));
     }
     layers.push_back({"lung vessels", Material::Blood, Material::Lung, std::move(vessels), false});
-    layers.back().texture_blobs = std::move(finest);
     layers.push_back({"heart", Material::SoftTissue, Material::SoftTissue, heart(), false});
     layers.push_back({"diaphragm", Material::SoftTissue, Material::SoftTissue, std::move(muscle), false});
     layers.push_back({"airway", Material::Air, Material::SoftTissue, airway(), false});

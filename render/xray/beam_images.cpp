@@ -121,7 +121,38 @@ void add_length(std::vector<Mixture>& mixtures, Material material, Material insi
     mixtures.push_back({material, inside, length});
 }
 
-BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double kvp, Field scatter) {
+SmallBlur::SmallBlur(const Eigen::Matrix2d& covariance)
+    : middle(static_cast<float>(1 - covariance.trace())),
+      across(static_cast<float>(0.5 * covariance(0, 0))),
+      down(static_cast<float>(0.5 * covariance(1, 1))),
+      falling(static_cast<float>(0.25 * covariance(0, 1))) {}
+
+Eigen::Matrix2d focal_blur(const CArm& arm, double focal_spot, double depth) {
+    const double side = focal_spot * (arm.sid / depth - 1) / pixel_width(arm);
+    return side * side / 12 * Eigen::Matrix2d::Identity();
+}
+
+namespace {
+
+/// In place, by the kernel without diagonals; the border keeps its own values.
+void blur(std::vector<PixelBins>& image, int width, const SmallBlur& kernel) {
+    const int height = static_cast<int>(image.size()) / width;
+    std::vector<PixelBins> before(image.begin(), image.begin() + width), row(before.size());
+    for (int j = 1; j + 1 < height; ++j) {
+        PixelBins* const here = image.data() + static_cast<std::ptrdiff_t>(j) * width;
+        std::copy_n(here, width, row.begin());
+        for (int i = 1; i + 1 < width; ++i)
+            for (int k = 0; k < energy_bins; ++k)
+                here[i][k] = kernel.middle * row[i][k] + kernel.across * (row[i - 1][k] + row[i + 1][k]) +
+                             kernel.down * (before[i][k] + here[i + width][k]);
+        std::swap(before, row);
+    }
+}
+
+}  // namespace
+
+BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double kvp, double focal_spot,
+                       Field scatter) {
     BeamImages result;
     const CArm& arm = pose.arm;
     result.kvp = kvp;
@@ -156,6 +187,8 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
             received.values[pixel] = sum(result.primary[pixel]) + result.scatter.values[pixel];
         }
     }
+
+    blur(result.primary, arm.pixels, SmallBlur(focal_blur(arm, focal_spot, arm.sod)));
 
     // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
     Field disc = plane.measured;

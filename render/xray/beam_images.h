@@ -71,8 +71,17 @@ PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool h
 /// Adds a length of `material` in place of `inside` along each pixel's ray [mm].
 void add_length(std::vector<Mixture>&, Material material, Material inside, const Field& length);
 
-/// Images at a voltage [kV]; `scatter`: relative to the open beam in its middle.
-BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, Field scatter);
+/// A kernel of 3 by 3 pixels with that covariance [pixels²], small against one; it adds up to 1.
+struct SmallBlur {
+    float middle = 1, across = 0, down = 0, falling = 0;  // falling: to lower right and upper left; rising: −
+    explicit SmallBlur(const Eigen::Matrix2d& covariance);
+};
+/// Of a focal spot of that side [mm], at a distance from it [mm]: the spot's shadow, a square.
+Eigen::Matrix2d focal_blur(const CArm&, double focal_spot, double depth);
+
+/// Images at a voltage [kV], unsharp by the focal spot [mm] as what lies at the isocentre is; `scatter`:
+/// relative to the open beam in its middle.
+BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, double focal_spot, Field scatter);
 
 /// Those of a plane with `factor` times as many pixels on a side, bilinear; `scatter` as there.
 BeamImages enlarged(const BeamImages&, int factor, const PlaneImages&, Field scatter);

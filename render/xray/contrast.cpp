@@ -129,6 +129,7 @@ void centre_offsets(ContrastMatrix& matrix) {
         const Vec3 offset = matrix.offsets[k].cast<double>() - middles[n];
         matrix.offsets[k] = (reach[n] > 0 ? Vec3(offset / reach[n]) : Vec3(Vec3::Zero())).cast<float>();
     }
+    matrix.reaches.assign(reach.begin(), reach.end());
 }
 
 /// 1 + g·offset, never below 0 by rounding.
@@ -441,11 +442,22 @@ std::vector<std::uint16_t> longest_label(const ContrastMatrix& matrix,
 std::vector<PixelShift> pixel_shifts(const CArm& arm, std::span<const Vec3> nodes,
                                      std::span<const Vec3> moved) {
     assert(nodes.size() == moved.size());
+    constexpr double together = 4;  // nodes of one vessel, next to each other [mm]
     std::vector<PixelShift> shifts;
     shifts.reserve(nodes.size());
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         const Pixel before = project(arm, nodes[n]), after = project(arm, moved[n]);
         shifts.push_back({static_cast<float>(after.x - before.x), static_cast<float>(after.y - before.y)});
+    }
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto near = [&](std::size_t other) { return (nodes[other] - nodes[n]).norm() < together; };
+        const std::size_t from = n > 0 && near(n - 1) ? n - 1 : n,
+                          to = n + 1 < nodes.size() && near(n + 1) ? n + 1 : n;
+        const Eigen::Vector3f along = (nodes[to] - nodes[from]).cast<float>();
+        const float square = along.squaredNorm();
+        if (!(square > 0)) continue;
+        shifts[n].change_of_x = (shifts[to].x - shifts[from].x) / square * along;
+        shifts[n].change_of_y = (shifts[to].y - shifts[from].y) / square * along;
     }
     return shifts;
 }
@@ -457,42 +469,63 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
     clear(out, matrix.width);
     struct Moved {
         int x, y;
-        std::array<float, 4> fraction;  // of the iodine: upper left, upper right, lower left, lower right
+        std::array<float, 4> fraction;  // upper left, upper right, lower left, lower right
     };
+    const auto moved = [](float right, float down) {
+        // Anything farther than this is outside every image.
+        const float x = std::clamp(right, -1e4f, 1e4f), y = std::clamp(down, -1e4f, 1e4f);
+        const float left = std::floor(x), top = std::floor(y), u = x - left, v = y - top;
+        return Moved{static_cast<int>(left),
+                     static_cast<int>(top),
+                     {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v}};
+    };
+    constexpr float visible = 0.02f;  // difference of shifts in a piece [pixels]
     std::vector<Moved> nodes;
+    std::vector<char> stretched;
     nodes.reserve(iodine.size());
     for (std::size_t n = 0; n < iodine.size(); ++n) {
-        // Anything farther than this is outside every image.
-        const float x = std::clamp(shifts[n].x, -1e4f, 1e4f), y = std::clamp(shifts[n].y, -1e4f, 1e4f);
-        const float left = std::floor(x), top = std::floor(y), right = x - left, down = y - top;
-        nodes.push_back({static_cast<int>(left),
-                         static_cast<int>(top),
-                         {iodine[n] * (1 - right) * (1 - down), iodine[n] * right * (1 - down),
-                          iodine[n] * (1 - right) * down, iodine[n] * right * down}});
+        nodes.push_back(moved(shifts[n].x, shifts[n].y));
+        stretched.push_back(
+            matrix.reaches[n] * (shifts[n].change_of_x.norm() + shifts[n].change_of_y.norm()) > visible);
     }
     const int width = matrix.width;
+    const auto put = [&out, width](int i, int j, const Moved& node, float mass) {
+        const int x = i + node.x, y = j + node.y;
+        if (x >= 0 && y >= 0 && x + 1 < width && y + 1 < width) {
+            float* at = out.values.data() + static_cast<std::size_t>(y) * width + x;
+            at[0] += mass * node.fraction[0];
+            at[1] += mass * node.fraction[1];
+            at[width] += mass * node.fraction[2];
+            at[width + 1] += mass * node.fraction[3];
+            return;
+        }
+        for (int tap = 0; tap < 4; ++tap) {
+            const int u = x + tap % 2, v = y + tap / 2;
+            if (u >= 0 && v >= 0 && u < width && v < width)
+                out.values[static_cast<std::size_t>(v) * width + u] += mass * node.fraction[tap];
+        }
+    };
     for (std::size_t row = 0; row < matrix.pixels.size(); ++row) {
         const int i = static_cast<int>(matrix.pixels[row]) % width;
         const int j = static_cast<int>(matrix.pixels[row]) / width;
         for (std::uint32_t k = matrix.starts[row]; k < matrix.starts[row + 1]; ++k) {
-            const Moved& node = nodes[matrix.nodes[k]];
-            const int x = i + node.x, y = j + node.y;
-            const float length =
-                streams.empty() ? matrix.lengths[k]
-                                : matrix.lengths[k] * mixed_part(streams[matrix.nodes[k]], matrix.offsets[k]);
-            if (x >= 0 && y >= 0 && x + 1 < width && y + 1 < width) {
-                float* at = out.values.data() + static_cast<std::size_t>(y) * width + x;
-                at[0] += length * node.fraction[0];
-                at[1] += length * node.fraction[1];
-                at[width] += length * node.fraction[2];
-                at[width + 1] += length * node.fraction[3];
+            const std::uint32_t n = matrix.nodes[k];
+            if (iodine[n] == 0.0f) continue;
+            const float mass =
+                iodine[n] * (streams.empty() ? matrix.lengths[k]
+                                             : matrix.lengths[k] * mixed_part(streams[n], matrix.offsets[k]));
+            if (!stretched[n]) {
+                put(i, j, nodes[n], mass);
                 continue;
             }
-            for (int tap = 0; tap < 4; ++tap) {
-                const int u = x + tap % 2, v = y + tap / 2;
-                if (u >= 0 && v >= 0 && u < width && v < width)
-                    out.values[static_cast<std::size_t>(v) * width + u] += length * node.fraction[tap];
-            }
+            // In two halves of the pixel across the stretch: whole pixels would lie farther apart than they
+            // are wide.
+            const PixelShift& shift = shifts[n];
+            const Eigen::Vector3f away = matrix.reaches[n] * matrix.offsets[k];
+            const float x = shift.x + shift.change_of_x.dot(away), y = shift.y + shift.change_of_y.dot(away);
+            const bool down = shift.change_of_y.squaredNorm() > shift.change_of_x.squaredNorm();
+            for (const float half : {-0.25f, 0.25f})
+                put(i, j, moved(x + (down ? 0 : half), y + (down ? half : 0)), 0.5f * mass);
         }
     }
 }

@@ -26,7 +26,8 @@ struct ContrastMatrix {
     /// Where in its piece an entry's length lies, from the piece's middle in parts of its reach: within the
     /// unit ball, and 0 on average over the image, so that uneven mixing moves iodine and makes none.
     std::vector<Eigen::Vector3f> offsets;
-    int unbalanced_rays = 0;  // rays that entered and left unequally often
+    std::vector<float> reaches;  // of each node's piece [mm]
+    int unbalanced_rays = 0;     // rays that entered and left unequally often
 };
 
 /// A vertex of a mesh that is displaced.
@@ -82,18 +83,22 @@ void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, Fiel
 /// the lowest. `of_node`: a label for each node.
 std::vector<std::uint16_t> longest_label(const ContrastMatrix&, std::span<const std::uint16_t> of_node);
 
-/// How far a node has moved on the image since the matrix was made, to the right and down [pixels].
+/// How far a node has moved on the image since the matrix was made, to the right and down [pixels], and how
+/// that changes around it [pixels/mm].
 struct PixelShift {
     float x = 0.0f;
     float y = 0.0f;
+    Eigen::Vector3f change_of_x = Eigen::Vector3f::Zero(), change_of_y = Eigen::Vector3f::Zero();
 };
 
-/// Shifts of nodes that have moved from `nodes` to `moved`, each by its own depth.
+/// Shifts of nodes that have moved from `nodes` to `moved`, each by its own depth. They change along a vessel
+/// as from one of two nodes, next to each other in list and space, to the other.
 std::vector<PixelShift> pixel_shifts(const CArm&, std::span<const geometry::Vec3> nodes,
                                      std::span<const geometry::Vec3> moved);
 
 /// The same for vessels that beat or breathe: the length at a node moves with it, shared among the four
-/// pixels around its place in proportion to their overlap. Only what leaves the image is lost.
+/// pixels around its place in proportion to their overlap; a vessel that is stretched has no gaps. Only what
+/// leaves the image is lost.
 void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, std::span<const PixelShift>,
                       Field& out, std::span<const Eigen::Vector3f> streams = {});
 

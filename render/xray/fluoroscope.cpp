@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -208,10 +209,11 @@ struct Fluoroscope::State {
     WireImage wire;
     std::optional<PlaneImages> plane, coarse_plane;
     std::optional<PoseImages> pose;
-    std::optional<CoarsePose> coarse;    // of the pose while the stand moves; its mixtures are here alone
-    std::map<double, BeamImages> beams;  // of the pose, by requested voltage; 0 = automatic
-    std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
-    std::optional<OrganPhases> phases;                    // of the pose; made with the layers
+    std::optional<CoarsePose> coarse;  // of the pose while the stand moves; its mixtures are here alone
+    // Of the pose, by requested voltage, 0 = automatic, and focal spot; by those and dose.
+    std::map<std::pair<double, double>, BeamImages> beams;
+    std::map<std::tuple<double, double, double>, BareImage> bare;
+    std::optional<OrganPhases> phases;  // of the pose; made with the layers
     ImageTruth truth;
     Field iodine;                              // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
@@ -224,7 +226,7 @@ struct Fluoroscope::State {
 
     void move_to(const CArm&, const Exposure&);
     MovedVessels move_vessels(std::span<const Eigen::Vector3f> of_nodes);
-    const BeamImages& beam(const std::optional<double>& kvp);
+    const BeamImages& beam(const Exposure&);
     BareImage& bare_image(const Exposure&);
     const Display& display(const Exposure&);
     PosedLayers posed() { return {renderer, layers, *pose}; }
@@ -233,6 +235,8 @@ struct Fluoroscope::State {
     void dissolve_in_vessels(const Exposure&);
     void dissolve_in_distal(const Exposure&);
     void dissolve_in(const SparseLength&, float concentration);
+    void blur_iodine(const Eigen::Matrix2d& covariance);
+    std::vector<float> blurred;  // scratch of blur_iodine
 };
 
 /// Moves the layers that take contrast with the nodes. Without nodes they stay.
@@ -279,15 +283,17 @@ void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
     coarse->images.mixtures = meter.lengths(few, layers, moment);
 }
 
-const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
-    const auto [place, is_new] = beams.try_emplace(kvp.value_or(0.0));
+const BeamImages& Fluoroscope::State::beam(const Exposure& exposure) {
+    const auto [place, is_new] = beams.try_emplace({exposure.kvp.value_or(0.0), exposure.focal_spot});
     if (!is_new) return place->second;
-    const double voltage = meter.voltage(pose->arm, kvp);
+    const double voltage = meter.voltage(pose->arm, exposure.kvp);
     Field scatter = meter.scatter(pose->arm, voltage);
-    if (!coarse) return place->second = beam_images(*plane, *pose, voltage, std::move(scatter));
+    if (!coarse)
+        return place->second = beam_images(*plane, *pose, voltage, exposure.focal_spot, std::move(scatter));
     const PoseImages& few = coarse->images;
-    const BeamImages of_few = beam_images(
-        *coarse_plane, few, voltage, stretched(scatter, static_cast<double>(coarse->factor), few.arm.pixels));
+    const BeamImages of_few =
+        beam_images(*coarse_plane, few, voltage, exposure.focal_spot,
+                    stretched(scatter, static_cast<double>(coarse->factor), few.arm.pixels));
     BeamImages& made = place->second = enlarged(of_few, coarse->factor, *plane, std::move(scatter));
     // Exposure is measured at rest, not at the moment of breath and heartbeat.
     double flat = 0.0, disc = 0.0;
@@ -303,12 +309,13 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
 }
 
 BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
-    const auto [place, is_new] = bare.try_emplace({exposure.kvp.value_or(0.0), exposure.detector_dose});
+    const auto [place, is_new] =
+        bare.try_emplace({exposure.kvp.value_or(0.0), exposure.focal_spot, exposure.detector_dose});
     BareImage& result = place->second;
     if (!is_new) return result;
 
     const CArm& arm = pose->arm;
-    const BeamImages& at = beam(exposure.kvp);
+    const BeamImages& at = beam(exposure);
     result.technique = meter.technique(arm, exposure);
     result.scale = static_cast<float>(at.gain * exposure.detector_dose * result.technique.delivered);
     result.expected = Field(arm.pixels, arm.pixels);
@@ -323,7 +330,7 @@ const Display& Fluoroscope::State::display(const Exposure& exposure) {
     // Adjusted to the image without contrast.
     if (!display)
         display.emplace(exposure.curve == GreyCurve::Cine ? config.cine : config.display, bare.expected,
-                        plane->flat, beam(exposure.kvp).weights, plane->open);
+                        plane->flat, beam(exposure).weights, plane->open);
     return *display;
 }
 
@@ -362,6 +369,7 @@ void Fluoroscope::State::dissolve(const Exposure& exposure, const OrganMoment& o
     if (distal) dissolve_in_distal(exposure);
     for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, organs);
     add_clouds(pose->arm, exposure.clouds, iodine, iodine_pixels);
+    add_clouds(pose->arm, exposure.jets, iodine, iodine_pixels);
 }
 
 namespace {
@@ -378,6 +386,38 @@ std::vector<Vec3> displaced(std::span<const Vec3> nodes, const Vec3& shift,
 }
 
 }  // namespace
+
+/// What lies at pixels with iodine goes to their neighbours by the kernel, so that none is lost.
+void Fluoroscope::State::blur_iodine(const Eigen::Matrix2d& covariance) {
+    constexpr double visible = 0.01;  // [pixels²]
+    if (covariance.trace() < visible || iodine_pixels.empty()) return;
+    const SmallBlur kernel(covariance);
+    const int width = iodine.width;
+    const std::size_t count = iodine_pixels.size();
+    blurred.clear();
+    for (const std::uint32_t pixel : iodine_pixels) blurred.push_back(iodine.values[pixel]);
+    const auto add = [&](std::uint32_t pixel, float amount) {
+        float& there = iodine.values[pixel];
+        if (there == 0.0f) iodine_pixels.push_back(pixel);
+        there += amount;
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t pixel = iodine_pixels[i];
+        const int column = static_cast<int>(pixel) % width, row = static_cast<int>(pixel) / width;
+        if (column == 0 || row == 0 || column + 1 == width || row + 1 == iodine.height) continue;
+        const float there = blurred[i];
+        iodine.values[pixel] += (kernel.middle - 1) * there;
+        add(pixel - 1, kernel.across * there);
+        add(pixel + 1, kernel.across * there);
+        add(pixel - width, kernel.down * there);
+        add(pixel + width, kernel.down * there);
+        if (kernel.falling == 0.0f) continue;
+        add(pixel - width - 1, kernel.falling * there);
+        add(pixel + width + 1, kernel.falling * there);
+        add(pixel - width + 1, -kernel.falling * there);
+        add(pixel + width - 1, -kernel.falling * there);
+    }
+}
 
 void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
     const std::vector<float>& there = exposure.distal_iodine;
@@ -470,7 +510,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     State& state = *state_;
     state.move_to(arm, exposure);
     const BareImage& bare = state.bare_image(exposure);
-    const BeamImages& beam = state.beam(exposure.kvp);
+    const BeamImages& beam = state.beam(exposure);
     Field expected = bare.expected;
     const OrganMoment organs =
         state.coarse ? OrganMoment() : state.phases->moment(exposure, beam, state.posed());
@@ -478,6 +518,16 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     const std::vector<PixelBins>& primary = organs.at_rest() ? beam.primary : organs.still();
 
     state.dissolve(exposure, organs);
+    Unsharpness unsharp{exposure.focal_spot, Eigen::Vector2d::Zero()};
+    if (!exposure.vessel_velocity.isZero()) {
+        const Vec3 way = 1e-3 * bare.technique.pulse_width * exposure.vessel_velocity;
+        const Pixel from = project(arm, arm.isocentre), to = project(arm, arm.isocentre + way);
+        constexpr double most = 2;  // of what one pulse blurs [pixels]
+        unsharp.motion = Eigen::Vector2d(to.x - from.x, to.y - from.y);
+        unsharp.motion *= std::min(1.0, most / std::max(1e-9, unsharp.motion.norm()));
+    }
+    state.blur_iodine(focal_blur(arm, exposure.focal_spot, arm.sod) +
+                      unsharp.motion * unsharp.motion.transpose() / 12);
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
@@ -504,16 +554,21 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
 
     // Devices displace blood and what is dissolved in it; they are assumed to lie in a vessel over their
     // whole length.
-    Bins displaced = beam.bins.attenuation(Material::Blood);
-    const double dissolved = exposure.iodine + exposure.wire_iodine;
-    for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
+    const Bins blood = beam.bins.attenuation(Material::Blood);
     std::vector<WireShadow> shadows;
-    for (const SeenDevice& device : devices.all) {
+    std::vector<DeviceIodine> iodine(devices.all.size());
+    for (std::size_t d = 0; d < devices.all.size(); ++d) {
+        const SeenDevice& device = devices.all[d];
         if (device.joints.empty()) continue;
+        if (device.iodine) iodine[d] = *device.iodine;
+        iodine[d].around += exposure.iodine;
+        Bins displaced = blood;
+        for (int k = 0; k < energy_bins; ++k) displaced[k] += iodine[d].around * per_concentration[k];
         const WireLook& look = device.look ? *device.look : state.config.wire;
-        shadows.push_back({device.joints, look, wire_attenuation(look, beam.bins, displaced)});
+        shadows.push_back({device.joints, look, wire_attenuation(look, beam.bins, displaced), &iodine[d]});
     }
-    for (const WirePixel& pixel : state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), shadows)) {
+    for (const WirePixel& pixel : state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), shadows,
+                                                  per_concentration, unsharp)) {
         const float amount = state.iodine.values[pixel.index];
         PixelBins before;
         for (int k = 0; k < energy_bins; ++k) before[k] = fast_exp(per_iodine[k] * amount);
@@ -545,13 +600,13 @@ GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const
 bool Fluoroscope::draw_ahead(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     return state_->pose && state_->pose->arm == arm && !state_->coarse &&
-           state_->phases->draw_ahead(exposure, state_->beam(exposure.kvp), state_->posed());
+           state_->phases->draw_ahead(exposure, state_->beam(exposure), state_->posed());
 }
 
 Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     state_->move_to(arm, exposure);
-    const BeamImages& at = state_->beam(exposure.kvp);
+    const BeamImages& at = state_->beam(exposure);
     Field open = state_->plane->flat;
     for (float& value : open.values) value *= static_cast<float>(at.gain);
     return estimated_scatter(signal, state_->plane->open, open, at.kvp, pixel_width(arm), arm.sid - arm.sod);

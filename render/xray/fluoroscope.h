@@ -88,7 +88,7 @@ struct Exposure {
     std::vector<float> distal_iodine = {};
     std::vector<OrganIodine> organs = {};
     std::vector<IodineCloud> clouds = {};  // in the tissue, where shift and moves have brought them
-    double wire_iodine = 0.0;              // besides `iodine`, in the blood that the wire displaces [mg/ml]
+    std::vector<IodineCloud> jets = {};    // in the blood, beside what the vessels' nodes have
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
     /// Displacement of the vessels besides, as devices push them aside: of each node of the vessels, and of
@@ -99,15 +99,19 @@ struct Exposure {
     /// Fraction of their displacements that the layers have: 0 to `largest_breath`, 0 to 1, 0 to 1.
     double breath = 0.0, beat = 0.0, drift = 0.0;
     GreyCurve curve = GreyCurve::Fluoroscopy;  // of the image
+    double focal_spot = 0.6;                   // side of the tube's [mm]
+    /// Of vessels and wire in the room: they are blurred by their way within the pulse [mm/s].
+    geometry::Vec3 vessel_velocity = geometry::Vec3::Zero();
     /// Whether C-arm or table move: what lies around vessels and devices is then drawn with fewer rays, so
     /// that a new pose in every pulse takes no longer than the pulses are apart.
     bool stand_moves = false;
 
     void state(geometry::StateStream& s) {
-        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift, vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds, curve,
-          stand_moves);
+        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, vessel_shift,
+          vessel_moves, distal_moves, vessel_streams, breath, beat, drift, clouds, curve, focal_spot,
+          vessel_velocity, stand_moves);
         s.unless_empty(lumen_moves);
+        s.unless_empty(jets);
     }
 };
 

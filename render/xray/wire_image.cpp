@@ -77,6 +77,8 @@ struct WireImage::Piece {
     Vec3 mitre_from, mitre_to;          // unit normals of the planes, along the wire
     double radius = 0.0, inside = 0.0;  // of the part; what is inside belongs to another, or to none
     bool cored = false;                 // what is inside is the core
+    double spread = 1;                  // of a pixel's places, over the pixel's own width
+    float contents = 0;                 // of the bore: iodine more than in what the device displaces [mg/ml]
     int part = 0;                       // of Slot::chords
     int core = 0;
     // Values common to all rays, set by `prepare`.
@@ -148,7 +150,9 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
     // Reach of the shadow around the projected axis: its half-width, and beyond the ends the tilted end disc
     // and the mitre. One more place covers the perspective of the silhouette.
     const double nearest = std::min(piece.from.z(), piece.to.z()) - piece.radius;
-    const double reach = 1.02 * scale * piece.radius / nearest + 1.0;
+    const double moved = samples * unsharp_.motion.norm();
+    const double reach =
+        1.02 * scale * piece.radius / nearest + 1.0 + 0.5 * samples * (piece.spread - 1) + 0.5 * moved;
     const auto overhang = [&](const Vec3& mitre) {
         const double cosine = std::max(0.3, mitre.dot(piece.axis));
         return reach * (std::abs(piece.axis.z()) + std::sqrt(1.0 - std::min(1.0, cosine * cosine)) / cosine) +
@@ -159,10 +163,21 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
     const double top = std::min(a.y(), b.y()) - reach - before - after + centre;
     const double bottom = std::max(a.y(), b.y()) + reach + before + after + centre;
     if (!(bottom > 0.0 && top < places)) return;
+    // Of place (u, v), from the upper left corner [places].
+    const auto place_of = [&](int u, int v, double spread) -> Eigen::Vector2d {
+        const int column = u % samples, row = v % samples;
+        const double middle = 0.5 * samples;
+        const Eigen::Vector2d pixel(u - column + middle, v - row + middle);
+        // The time of the place, in an order that goes with neither axis.
+        const double time =
+            ((row * samples + column) * 7 % (samples * samples) + 0.5) / (samples * samples) - 0.5;
+        return pixel + spread * Eigen::Vector2d(column + 0.5 - middle, row + 0.5 - middle) +
+               samples * time * unsharp_.motion;
+    };
     const int first_row = static_cast<int>(std::max(0.0, std::floor(top)));
     const int last_row = static_cast<int>(std::min(places - 1.0, std::ceil(bottom)));
     for (int v = first_row; v <= last_row; ++v) {
-        const double y = v + 0.5 - centre;
+        const double y = v + 0.5 - centre;  // without unsharpness
         double left = -centre, right = centre;
         // Narrows [left, right] to low ≤ d·(p − a) ≤ high on this row.
         const auto narrow = [&](const Eigen::Vector2d& d, double low, double high) {
@@ -182,14 +197,16 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
         const int last = std::min(places - 1, static_cast<int>(std::ceil(right + centre)));
         const std::uint32_t row = static_cast<std::uint32_t>(v / samples) * pixels;
         for (int u = first; u <= last; ++u) {
-            const Vec3 ray((u + 0.5 - centre) / scale, y / scale, 1.0);
+            const int place = v % samples * samples + u % samples;
+            const Eigen::Vector2d at = place_of(u, v, piece.spread);
+            const Vec3 ray((at.x() - centre) / scale, (at.y() - centre) / scale, 1.0);
             const double chord = piece.chord(ray, piece.c);
             if (!(chord > 0.0)) continue;
             const double within = piece.inside > 0 ? piece.chord(ray, piece.c_inside) : 0.0;
             Slot& hit = slot(row + u / samples);
-            const int place = v % samples * samples + u % samples;
             hit.chords[piece.part][place] += static_cast<float>(std::min(chord - within, longest));
             if (piece.cored) hit.chords[piece.core][place] += static_cast<float>(std::min(within, longest));
+            hit.iodine[place] += piece.contents * static_cast<float>(std::min(within, longest));
         }
     }
 }
@@ -220,6 +237,24 @@ void WireImage::splat_device(const CArm& arm, const WireShadow& shadow, int devi
     const double scale = arm.sid / pixel_width(arm) * samples;
     const int pieces = static_cast<int>(points.size()) - 1;
     const auto direction = [&](int i) -> Vec3 { return (points[i + 1] - points[i]).normalized(); };
+    std::vector<float> contents(static_cast<std::size_t>(pieces), 0.0f);
+    if (shadow.iodine && look.inner_diameter > 0 && look.core_diameter <= 0) {
+        const DeviceIodine& iodine = *shadow.iodine;
+        const auto parts_of_bore = static_cast<double>(iodine.bore.size());
+        double from_end = 0;
+        for (int i = pieces - 1; i >= 0; --i) {
+            const double length = (points[i + 1] - points[i]).norm();
+            const double place =
+                (1 - (from_end + 0.5 * length) / std::max(iodine.length, 1e-9)) * parts_of_bore;
+            const double in =
+                iodine.bore.empty()
+                    ? 0.0
+                    : iodine.bore[static_cast<std::size_t>(std::clamp(place, 0.0, parts_of_bore - 1))];
+            contents[static_cast<std::size_t>(i)] = static_cast<float>(in - iodine.around);
+            from_end += length;
+        }
+        contents_ = contents_ || !iodine.bore.empty() || iodine.around != 0;
+    }
     Piece piece;
     piece.radius = 0.5 * look.diameter;
     piece.cored = look.core_diameter > 0;
@@ -236,7 +271,12 @@ void WireImage::splat_device(const CArm& arm, const WireShadow& shadow, int devi
         piece.to = points[i + 1];
         piece.mitre_to = folded ? piece.axis : Vec3(sum.normalized());
         piece.part = parts * device + (i >= marker_start ? 1 : 0);
+        piece.contents = contents[static_cast<std::size_t>(i)];
         piece.prepare();
+        // Squares of this width and a pixel's together.
+        const double depth = 0.5 * (piece.from.z() + piece.to.z()),
+                     spot = unsharp_.focal_spot * (arm.sid / depth - 1) / pixel_width(arm);
+        piece.spread = std::sqrt(1 + spot * spot);
         if (std::min(piece.from.z(), piece.to.z()) > 10.0 * piece.radius + 1.0)
             splat(piece, arm.pixels, scale);
         piece.mitre_from = folded ? next : piece.mitre_to;
@@ -244,7 +284,10 @@ void WireImage::splat_device(const CArm& arm, const WireShadow& shadow, int devi
     }
 }
 
-std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const WireShadow> shadows) {
+std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const WireShadow> shadows,
+                                           const Bins& per_iodine, const Unsharpness& unsharp) {
+    contents_ = false;
+    unsharp_ = unsharp;
     result_.clear();
     slots_.clear();
     slot_of_pixel_.resize(static_cast<std::size_t>(arm.pixels) * arm.pixels, -1);
@@ -263,6 +306,10 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Wire
                 if (shadows[d].look.core_diameter <= 0) continue;
                 const float core = static_cast<float>(-shadows[d].attenuation.core[k]);
                 for (int s = 0; s < per_pixel; ++s) depth[s] += core * hit.chords[parts * d + 2][s];
+            }
+            if (contents_) {
+                const auto iodine = static_cast<float>(-per_iodine[k]);
+                for (int s = 0; s < per_pixel; ++s) depth[s] += iodine * hit.iodine[s];
             }
             float sum = 0.0f;
             for (float& d : depth) d = fast_exp(d);

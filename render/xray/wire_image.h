@@ -22,7 +22,7 @@ struct WireLook {
     /// Fraction of the cross-section that is metal: coils and coatings are not solid. [-]
     double body_fill = 1.0;
     double marker_fill = 0.35;
-    double inner_diameter = 0;  // of the lumen, which holds what the device displaces; 0 = solid [mm]
+    double inner_diameter = 0;  // of the bore; 0 = solid [mm]
     double core_diameter = 0;   // of a solid core inside body and marker; 0 = none [mm]
     Material core = Material::Nitinol;
 
@@ -32,10 +32,22 @@ struct WireLook {
     }
 };
 
+/// Iodine about a device [mg/ml]: in the blood that it displaces, Exposure::iodine aside, and in its bore,
+/// the mean over the cross-section at equal parts of `length` [mm] from the hub to the end; empty = none.
+struct DeviceIodine {
+    double around = 0;
+    std::vector<float> bore = {};
+    double length = 0;
+
+    bool operator==(const DeviceIodine&) const = default;
+    void state(geometry::StateStream& s) { s(around, bore, length); }
+};
+
 /// A device in the beam.
 struct SeenDevice {
     std::span<const geometry::Vec3> joints;  // from the introducer to its tip [mm]; empty = not there
     const WireLook* look = nullptr;          // null = the fluoroscope's
+    const DeviceIodine* iodine = nullptr;    // null = none
 };
 /// All of them, which lie in each other, innermost first.
 struct SeenDevices {
@@ -56,6 +68,7 @@ struct WireShadow {
     std::span<const geometry::Vec3> joints;
     WireLook look;
     WireAttenuation attenuation;
+    const DeviceIodine* iodine = nullptr;  // of its bore, and around it in all; null = none
 };
 WireAttenuation wire_attenuation(const WireLook&, const EnergyBins&, const Bins& displaced);
 
@@ -63,6 +76,13 @@ WireAttenuation wire_attenuation(const WireLook&, const EnergyBins&, const Bins&
 struct WirePixel {
     std::uint32_t index = 0;                        // row · pixels + column
     std::array<float, energy_bins> transmission{};  // mean over the pixel's area
+};
+
+/// What makes shadows unsharp.
+struct Unsharpness {
+    double focal_spot = 0;  // side of the square that rays come from [mm]
+    /// Way of the devices' shadow within the pulse, right and down [pixels].
+    Eigen::Vector2d motion = Eigen::Vector2d::Zero();
 };
 
 /// Chords of rays through the swept wire, exact for a chain of cylinders mitred at the joints, at 4 × 4
@@ -78,8 +98,12 @@ public:
     std::span<const WirePixel> cast(const CArm&, std::span<const geometry::Vec3> joints, const WireLook&,
                                     const WireAttenuation&);
     /// The same of several devices, at most most_devices: their chords meet in one integral.
-    std::span<const WirePixel> cast(const CArm&, std::span<const WireShadow>);
-    static constexpr int most_devices = 5;
+    /// What their bores hold attenuates by its iodine, `per_iodine` for a concentration [1/mm per mg/ml].
+    /// A focal spot widens the square that a pixel's places cover to what the spot's shadow, by the depth of
+    /// each piece, and the pixel have together; within the pulse, places are taken one after another.
+    std::span<const WirePixel> cast(const CArm&, std::span<const WireShadow>, const Bins& per_iodine = {},
+                                    const Unsharpness& = {});
+    static constexpr int most_devices = 8;
 
 private:
     static constexpr int per_pixel = samples * samples;
@@ -88,15 +112,18 @@ private:
     struct Slot {
         std::uint32_t pixel = 0;
         std::array<std::array<float, per_pixel>, parts * most_devices> chords{};  // body, marker, core
+        std::array<float, per_pixel> iodine{};                                    // in bores [mg/ml·mm]
     };
     struct Piece;
 
     void splat(const Piece&, int pixels, double scale);
     void splat_device(const CArm&, const WireShadow&, int device);
+    Unsharpness unsharp_;
     Slot& slot(std::uint32_t pixel);
 
     std::vector<std::int32_t> slot_of_pixel_;  // −1 where there is no wire
     std::vector<Slot> slots_;
+    bool contents_ = false;  // some bore has others than the blood that the device displaces
     std::vector<WirePixel> result_;
 };
 

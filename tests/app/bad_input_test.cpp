@@ -62,7 +62,9 @@ TEST_F(BadInput, ScenariosThatCannotBeSetUpAreToldWithTheKey) {
              {"s_bend", "sid_mm = 1100.0", "sid_mm = 700.0",
               "the isocentre must lie between source and detector"},
              {"s_bend", "inserted_mm", "insertd_mm", ": unknown key 'insertd_mm' in [entry]"},
-             {"renal", "end = \"aorta+LCIA+LEIA+LCFA.out\"\ninserted_mm = 80.0\n\n[guidewire]",
+             {"renal",
+              "end = \"aorta+LCIA+LEIA+LCFA.out\"\nflush_catheter = \"aorta\"\ninserted_mm = "
+              "80.0\n\n[guidewire]",
               "end = \"LIIA.out\"\ninserted_mm = 35.0\n\n[guidewire]\ndiameter_mm = 4.2",
               "does not enter at 'LIIA.out'"},
              {"s_bend", "name = \"end\"", "centre_mm = [0.0, 0.0, 500.0]",

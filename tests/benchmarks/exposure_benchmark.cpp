@@ -66,7 +66,10 @@ render::Fluoroscope make_breathing() {
     spec.lower = Vec3(-60, -60, -100);
     spec.upper = Vec3(60, 60, 260);
     auto layers = render::make_patient(spec);
-    render::move_organs(layers, spec.origin, 14, 8);
+    const Vec3 heart = spec.origin + Vec3(20, -20, 230);
+    render::move_organs(layers, spec.origin, 14, [heart](const Vec3& x) {
+        return Vec3(-0.1 * std::exp(-(x - heart).squaredNorm() / (60 * 60)) * (x - heart));
+    });
     return render::Fluoroscope({}, std::move(layers));
 }
 

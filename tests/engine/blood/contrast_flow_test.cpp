@@ -27,7 +27,7 @@ FlowSpec steady(double inflow, double dispersion = 0) {
 
 void expect_balanced(const ContrastFlow& flow) {
     const IodineBalance at = flow.balance();
-    EXPECT_NEAR(at.in_vessels + at.in_organs + at.drained + at.leaked, at.injected,
+    EXPECT_NEAR(at.in_lines + at.in_vessels + at.in_organs + at.drained + at.leaked, at.injected,
                 1e-10 * std::max(1.0, at.injected));
 }
 
@@ -193,6 +193,42 @@ TEST(ContrastFlow, ArrivesAfterTheVolumeOnTheWayOverTheFlow) {
         time += 0.002;
     }
     EXPECT_LT(time, transit + 6 * cell);
+}
+
+// Through a bore of 1 ml the saline that it is full of comes first, then contrast, and what stays behind is
+// flushed into the vessel a second after the injection has ended.
+TEST(ContrastFlow, ComesOutOfALineAfterItsSaline) {
+    ContrastFlow line(straight_vessel(200, 5), steady(20)), direct(straight_vessel(200, 5), steady(20));
+    const Vec3 end(0, 0, -20);
+    line.inject({end, 2, 4, 300, Line{3, 1.0, 0.5}});
+    direct.inject({end, 2, 4, 300});
+    line.step(0.2);
+    direct.step(0.2);
+    EXPECT_EQ(iodine_at(line, end), 0);
+    EXPECT_GT(iodine_at(direct, end), 5);
+    EXPECT_EQ(line.injected(), direct.injected());
+    const std::vector<float> filling = line.in_line(3, 20);
+    ASSERT_EQ(filling.size(), 20u);
+    EXPECT_GT(filling.front(), 250);
+    EXPECT_EQ(filling.back(), 0);
+    EXPECT_TRUE(line.in_line(2, 20).empty());
+    expect_balanced(line);
+    line.step(1.8);
+    EXPECT_FALSE(line.injecting());
+    EXPECT_GT(line.balance().in_lines, 0.7 * 300);
+    EXPECT_GT(line.in_line(3, 20).back(), 0.7 * 300);
+    line.step(0.9);
+    EXPECT_EQ(line.out_of_line(3).flow, 0);
+    line.lead(3, {0, 0, -100}, 1.0);  // drawn back, then flushed there
+    line.step(0.5);
+    EXPECT_NEAR(line.out_of_line(3).flow, 0.5, 1e-12);
+    EXPECT_GT(iodine_at(line, {0, 0, -101}), 1);
+    for (int f = 0; f < 200; ++f) line.step(frame);
+    EXPECT_EQ(line.out_of_line(3).flow, 0);
+    EXPECT_LT(line.balance().in_lines, 0.2 * 300);
+    expect_balanced(line);
+    line.reset();
+    EXPECT_TRUE(line.in_line(3, 20).empty());
 }
 
 TEST(ContrastFlow, SpreadsAsDispersionSays) {

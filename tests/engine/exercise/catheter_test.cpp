@@ -103,6 +103,53 @@ scenario::Scenario with_microcatheter() {
         text + "[microcatheter]\ndevice = \"micro17\"\n[catheter]\ndevice = \"berenstein5f\"\n");
 }
 
+// From the command to the image: the shaft goes black first, from the hub, then the vessel beyond the tip;
+// a second after the injection the helper's flush pushes what is left out of it.
+TEST(Catheter, FillsWithContrastBeforeTheVesselDoesAndIsFlushed) {
+    scenario::Scenario s = with_catheter();
+    s.imaging.patient = false;
+    s.c_arm.pixels = 256;
+    Exercise exercise(s, true);
+    play(exercise, {script::Beam{true}, script::Advance{10}});
+    play(exercise, {script::Advance{25, DeviceRole::Catheter}});
+    play(exercise, {script::Remove{DeviceRole::Wire}});
+    const Simulation& simulation = exercise.simulation();
+    ASSERT_EQ(simulation.inserted(), 0);
+    exercise.next_frame(Commands{});
+    const render::Field before = exercise.monitor()->last_signal();
+    const geometry::Polyline path = simulation.path_of(DeviceRole::Catheter);
+    const Simulation::Tip tip = simulation.tip_of(DeviceRole::Catheter);
+    const auto darker = [&](const geometry::Vec3& place) {  // than before, over five by five pixels [-]
+        const render::Pixel at = render::project(simulation.console().arm(), place);
+        double now = 0, then = 0;
+        for (int j = -2; j <= 2; ++j)
+            for (int i = -2; i <= 2; ++i) {
+                const auto pixel =
+                    static_cast<std::size_t>((static_cast<int>(at.y) + j) * 256 + static_cast<int>(at.x) + i);
+                now += exercise.monitor()->last_signal().values[pixel];
+                then += before.values[pixel];
+            }
+        return std::log(then / now);
+    };
+    const geometry::Vec3 shaft = path[path.size() / 2], beyond = tip.at + 4 * tip.along;
+    int shaft_dark = -1, vessel_dark = -1;
+    double darkest = 0;
+    exercise.next_frame(Commands{script::Inject{3, 2, "", 320, DeviceRole::Catheter, false}});
+    for (int frame = 0; frame < 30; ++frame) {
+        if (shaft_dark < 0 && darker(shaft) > 0.05) shaft_dark = frame;
+        darkest = std::max(darkest, darker(shaft));
+        if (vessel_dark < 0 && darker(beyond) > 0.1) vessel_dark = frame;
+        exercise.next_frame(Commands{});
+    }
+    EXPECT_GE(shaft_dark, 1);
+    EXPECT_GE(vessel_dark, shaft_dark);
+    const double left = simulation.contrast().balance().in_lines;
+    EXPECT_GT(left, 100);
+    for (int frame = 0; frame < 150; ++frame) exercise.next_frame(Commands{});
+    EXPECT_LT(simulation.contrast().balance().in_lines, 0.3 * left);
+    EXPECT_LT(darker(shaft), 0.75 * darkest);  // a film stays
+}
+
 TEST(Catheter, EachOfThreeDevicesMovesByItsOwnCommandsFromATextAndIsShown) {
     scenario::Scenario s = with_microcatheter();
     s.c_arm.pixels = 256;
@@ -259,7 +306,7 @@ TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {
     EXPECT_EQ(simulation.contrast().injected(), 0);
     play(exercise, {script::Remove{}});
     exercise.next_frame(Commands{script::Inject{2, 3, "", 320}});
-    exercise.next_frame(Commands{});
+    for (int frame = 0; frame < 5; ++frame) exercise.next_frame(Commands{});
     EXPECT_GT(simulation.contrast().injected(), 0);
     // The cell with the most of it lies at the tip.
     const auto iodine = simulation.contrast().iodine();

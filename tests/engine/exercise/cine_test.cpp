@@ -14,8 +14,8 @@ namespace exercise {
 // half percent.
 TEST(Cine, OfACoronaryArteryHasNoiseGreysAndContrastNearThoseOfARealOne) {
     const scenario::Scenario scenario = test::shipped_scenario("coronary_lad");
-    script::CommandScript script =
-        script::parse_commands("0 mode cine\n0 beam on\n2 inject 5 ml at 4 ml/s into LM\n20 end\n", "x.gw");
+    script::CommandScript script = script::parse_commands(
+        "0 mode cine\n0 beam on\n2 inject 5 ml at 4 ml/s through introducer\n20 end\n", "x.gw");
     run::StillRequest request;
     request.frame = 12;
     request.lao = -30 * geometry::degree;

@@ -161,7 +161,9 @@ TEST(Exercise, TheReferenceScreenKeepsItsImage) {
 }
 
 TEST(Exercise, AnInjectionComesGoesAndIsCounted) {
-    Exercise exercise(test::small_scenario(), true);
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.entry.flush_catheter = "tube";  // so that the mask has it
+    Exercise exercise(scenario, true);
     const auto next = [&](const Commands& commands) {
         exercise.next_frame(commands);
         return vessel_grey(exercise.image());

@@ -150,7 +150,8 @@ TEST_P(OrgansThatMove, LookAsTheirTruthSays) {
         const std::string where = "seed " + std::to_string(seed) + ", breath " + std::to_string(breath) +
                                   ", beat " + std::to_string(beat) + ", drift " + std::to_string(drift);
         EXPECT_LE(rms, 0.02) << where;
-        EXPECT_LE(over, 0.05) << where;
+        // The base of the heart moves by its whole reach: farther between phases than its border did.
+        EXPECT_LE(over, 0.06) << where;
         worst = std::max(worst, rms), brightest = std::max(brightest, over);
     }
     RecordProperty("largest_rms", std::to_string(worst));

@@ -39,7 +39,8 @@ scenario::Scenario with_patient(const test::TemporaryFolder& folder, const std::
 using CtPatient = test::InFolder;
 
 TEST_F(CtPatient, ImagesOfThePatientAndOfItsCoarseCtAgree) {
-    // Edges that a voxel blurs are the limit, in proportion to it: tests/studies has a scanner's own.
+    // Edges that a voxel blurs are the limit, in proportion to it, but for texture finer than both:
+    // tests/studies has a scanner's own.
     const test::LoopErrors coarse = test::closed_loop(folder / "coarse.nii.gz", 3.0, 128),
                            finer = test::closed_loop(folder / "finer.nrrd", 1.5, 128);
     for (std::size_t view = 0; view < coarse.size(); ++view) {

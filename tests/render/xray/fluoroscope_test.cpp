@@ -286,4 +286,62 @@ TEST(Fluoroscope, DsaShowsAVesselBeforeTheSpineAsBesideIt) {
     EXPECT_NEAR(spine / true_spine / (soft / true_beside), 1.0, 0.1);
 }
 
+/// Variance of what a wire along x, at that height above the isocentre toward the detector, removes from the
+/// rays of a column [pixels²]: a mean over places of the wire within a pixel, as a few places of a pixel see
+/// its border.
+double width_of_wire(double toward_detector, const Exposure& exposure) {
+    Fluoroscope scope({}, {});
+    const CArm arm{.detector_width = 100.0, .pixels = 256};
+    constexpr int phases = 16;
+    const double pitch = render::pixel_width(arm) * (arm.sod + toward_detector) / arm.sid;
+    double variance = 0;
+    for (int phase = 0; phase < phases; ++phase) {
+        Polyline joints;
+        for (int i = 0; i <= 40; ++i)
+            joints.emplace_back(2 * i - 40.0, -toward_detector, pitch * phase / phases);
+        const Field with = scope.expected_quanta(arm, joints, exposure),
+                    without = scope.expected_quanta(arm, Polyline{}, exposure);
+        double sum = 0, first = 0, second = 0;
+        for (int row = 0; row < arm.pixels; ++row) {
+            const auto pixel = static_cast<std::size_t>(row * arm.pixels + arm.pixels / 2);
+            const double removed = without.values[pixel] - with.values[pixel];
+            sum += removed, first += removed * row, second += removed * row * row;
+        }
+        variance += (second / sum - std::pow(first / sum, 2)) / phases;
+    }
+    return variance;
+}
+
+// A focal spot of side f widens a shadow by a square of f (M − 1), M by the depth of what casts it.
+TEST(Fluoroscope, AFocalSpotWidensShadowsByTheirDepth) {
+    const CArm arm{.detector_width = 100.0, .pixels = 256};
+    for (const double toward_detector : {-120.0, 0.0, 120.0}) {
+        Exposure sharp, large;
+        sharp.focal_spot = 0;
+        large.focal_spot = 1.0;
+        const double magnification = arm.sid / (arm.sod + toward_detector),
+                     side = (magnification - 1) / render::pixel_width(arm);
+        const double wider = width_of_wire(toward_detector, large) - width_of_wire(toward_detector, sharp);
+        EXPECT_NEAR(wider, side * side / 12, 0.15 * side * side / 12) << toward_detector;
+    }
+}
+
+TEST(Fluoroscope, WhatMovesWithinThePulseIsBlurredByItsWay) {
+    Exposure still, moving;
+    moving.kvp = still.kvp = 70;
+    Fluoroscope scope({}, {});
+    const CArm arm{.detector_width = 100.0, .pixels = 256};
+    const double pulse = scope.technique(arm, still).pulse_width;  // [ms]
+    ASSERT_GT(pulse, 0);
+    const double way = 0.4;  // up the image [mm]
+    moving.vessel_velocity = Vec3(0, 0, way / (1e-3 * pulse));
+    const double pixels = way * arm.sid / arm.sod / render::pixel_width(arm);
+    ASSERT_LT(pixels, 2);
+    EXPECT_NEAR(width_of_wire(0, moving) - width_of_wire(0, still), pixels * pixels / 12,
+                0.2 * pixels * pixels / 12);
+    // Across its length alone: along it nothing is seen of the motion.
+    moving.vessel_velocity = Vec3(way / (1e-3 * pulse), 0, 0);
+    EXPECT_NEAR(width_of_wire(0, moving), width_of_wire(0, still), 0.01);
+}
+
 }  // namespace

@@ -143,7 +143,7 @@ TEST(Registration, LowersTheBackgroundOfASubtractionInABreath) {
     spec.lower = Vec3(-60, -60, 60);
     spec.upper = Vec3(60, 60, 250);
     std::vector<render::TissueLayer> layers = render::make_patient(spec);
-    render::move_organs(layers, spec.origin, 14, 0);
+    render::move_organs(layers, spec.origin, 14, nullptr);
     render::FluoroscopeConfig config;
     render::Fluoroscope scope(config, std::move(layers));
     render::CArm arm{.detector_width = 200, .pixels = 256};

@@ -284,7 +284,7 @@ TEST(VolumeRayCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
     const render::FluoroscopeConfig config;
     render::ExposureMeter meter(config, {}, ray_casters);
     const render::BeamImages beam =
-        render::beam_images(render::plane_images(config, arm), pose, 74.0, meter.scatter(arm, 74.0));
+        render::beam_images(render::plane_images(config, arm), pose, 74.0, 0.6, meter.scatter(arm, 74.0));
     for (std::size_t i = 0; i < quanta.values.size(); i += 11) {
         const double expected = 30.0 * beam.gain * (render::sum(beam.primary[i]) + beam.scatter.values[i]);
         EXPECT_NEAR(quanta.values[i], expected, 1e-4 * expected);

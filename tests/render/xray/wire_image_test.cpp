@@ -165,6 +165,39 @@ TEST(WireImage, AttenuatesByItsMetalLessWhatItDisplaces) {
     EXPECT_NEAR(mu.marker[2], look.marker_fill * platinum - 0.1, 1e-12);
 }
 
+// Filled from the hub as far as its middle: there a bore of 1 mm with 300 mg/ml removes what so much iodine
+// removes, beyond it nothing; and saline in a vessel of contrast is brighter than what it displaces.
+TEST(WireImage, ShowsWhatTheBoreHolds) {
+    WireLook tube;
+    tube.diameter = 1.6;
+    tube.inner_diameter = 1.0;
+    tube.marker_length = 0;
+    const Polyline joints{Vec3(-60, 0, 0), Vec3(0, 0, 0), Vec3(60, 0, 0)};
+    render::WireAttenuation nothing;
+    Bins per_iodine;
+    per_iodine.fill(1e-4);
+    render::DeviceIodine iodine{0, std::vector<float>(40, 0.0f), 120};
+    std::fill_n(iodine.bore.begin(), 20, 300.0f);
+    const CArm arm;
+    WireImage image;
+    const auto removed = [&](const render::DeviceIodine& of) {
+        const render::WireShadow shadow{joints, tube, nothing, &of};
+        std::array<double, 2> sum = {0, 0};  // left and right half, over the pixel's width
+        for (const render::WirePixel& pixel : image.cast(arm, {&shadow, 1}, per_iodine)) {
+            const int column = static_cast<int>(pixel.index) % arm.pixels;
+            sum[column < arm.pixels / 2 ? 0 : 1] -= std::log(pixel.transmission[0]);
+        }
+        return sum;
+    };
+    const std::array<double, 2> filled = removed(iodine);
+    // The section's area times its length, in pixels of the isocentre's plane.
+    const double pitch = render::pixel_width(arm) * arm.sod / arm.sid;
+    EXPECT_NEAR(filled[0], 1e-4 * 300 * M_PI / 4 * 60 / (pitch * pitch), 0.03 * filled[0]);
+    EXPECT_NEAR(filled[1], 0, 0.03 * filled[0]);
+    const std::array<double, 2> saline = removed({300, {}, 120});
+    EXPECT_NEAR(saline[1], -filled[0], 0.03 * filled[0]);
+}
+
 TEST(WireImage, MarkerTakesTheDistalLength) {
     CArm arm;
     Polyline joints;

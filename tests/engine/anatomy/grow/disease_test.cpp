@@ -99,7 +99,8 @@ TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
     // The automatic exposure answers the calcium by a little more voltage: the whole image is brighter, most
     // of all where the body is thickest.
     const auto [least, most] = std::minmax_element(beside.begin(), beside.end());
-    EXPECT_NEAR(*least, 1, 0.01);
+    // And a focal spot spreads the border of each deposit.
+    EXPECT_NEAR(*least, 1, 0.02);
     EXPECT_NEAR(*most, 1, 0.03);
     for (std::size_t k = 0; k < darkest.size(); ++k) EXPECT_LT(darkest[k], 0.96 * *least) << "deposit " << k;
 }
