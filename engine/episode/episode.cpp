@@ -230,6 +230,7 @@ render::CArm Episode::arm(int pixels) const {
         if (const auto* move = std::get_if<script::MoveArm>(&command)) console.apply(*move);
         if (const auto* table = std::get_if<script::MoveTable>(&command)) console.apply(*table);
         if (const auto* field = std::get_if<script::Collimate>(&command)) console.apply(*field);
+        if (const auto* filter = std::get_if<script::SetFilter>(&command)) console.apply(*filter);
     }
     render::CArm arm = console.arm();
     arm.pixels = pixels;

@@ -17,6 +17,10 @@ void Console::apply(const script::Collimate& collimate) {
     arm_.opening_height = collimate.height;
 }
 
+void Console::apply(const script::SetFilter& set) {
+    (set.kind == script::FilterKind::Wedge ? arm_.wedge : arm_.lung_shutter) = set.place;
+}
+
 void Console::apply(const script::MoveTable& move) {
     table_ = move.place;
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// The settings the operator has made at the X-ray stand: C-arm, table, collimator, pedal, mode, pulses.
+/// The settings the operator has made at the X-ray stand: C-arm, table, collimator, filters, pedal, mode,
+/// pulses.
 
 #include <optional>
 #include <vector>
@@ -23,6 +24,7 @@ public:
 
     void apply(const script::MoveArm&);
     void apply(const script::Collimate&);
+    void apply(const script::SetFilter&);
     void apply(const script::MoveTable&);
     void apply(const script::Beam&);
     void apply(const script::SetMode&);

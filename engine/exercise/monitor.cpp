@@ -28,12 +28,6 @@ constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those be
 /// From the last pulse at another place until the image is sharp [s].
 constexpr double settling = 0.3;
 
-bool same_place(render::CArm a, const render::CArm& b) {
-    a.opening_width = b.opening_width;
-    a.opening_height = b.opening_height;
-    return a == b;
-}
-
 }  // namespace
 
 Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluoroscope)) {}
@@ -43,7 +37,7 @@ void Monitor::take(Pulse pulse) {
     dose_.add(pulse.mode, technique);
 
     const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
-    if (!recent_.empty() && !same_place(recent_.back().pulse.arm, pulse.arm))
+    if (!recent_.empty() && !render::same_pose(recent_.back().pulse.arm, pulse.arm))
         moved_ = recent_.back().pulse.time.seconds;
     if (moved || pulse.new_mask) subtraction_.reset();
     // What is subtracted must be as sharp as what it is subtracted from.

@@ -80,6 +80,14 @@ void of_stand(Effects& effects, const Situation& before, const Situation& after)
     if (wider == 0)
         add_once(effects, Action::Uncollimate, Action::Collimate,
                  after.arm.opening_width - before.arm.opening_width);
+    add_once(effects, Action::WedgeOut, Action::WedgeIn, after.arm.wedge.edge - before.arm.wedge.edge);
+    const auto turned = [](const render::BeamFilter& a, const render::BeamFilter& b) {
+        return a.is_in() && b.is_in() && a.angle != b.angle;
+    };
+    if (turned(before.arm.wedge, after.arm.wedge) || turned(before.arm.lung_shutter, after.arm.lung_shutter))
+        effects[practice(Action::WedgeTurn)] += 1;
+    if (before.arm.lung_shutter.is_in() != after.arm.lung_shutter.is_in())
+        effects[practice(Action::LungShutter)] += 1;
     add_once(effects, Action::PulsesMore, Action::PulsesFewer, after.pulse_rate - before.pulse_rate);
 }
 

@@ -227,6 +227,7 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
     if (cranial != 0) move.cranial = arm.cranial + cranial;
     std::optional<script::Collimate> collimate;
     double rate = console.pulse_rate();
+    render::BeamFilter wedge = arm.wedge, lung = arm.lung_shutter;
     for (const Action action : input.pressed) {
         const double sid = move.sid.value_or(arm.sid),
                      field = move.detector_width.value_or(arm.detector_width);
@@ -264,6 +265,26 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
                                           : script::Collimate{side, side};
                 break;
             }
+            case Action::WedgeIn:
+                wedge.edge = std::max((wedge.is_in() ? wedge.edge : 0.5 * field) - std::round(0.1 * field),
+                                      -0.5 * field);
+                break;
+            case Action::WedgeOut:
+                wedge.edge += std::round(0.1 * field);
+                if (wedge.edge >= 0.5 * field) wedge.edge = script::widest_opening;
+                break;
+            case Action::WedgeTurn:
+                if (render::BeamFilter& turned = wedge.is_in() ? wedge : lung; turned.is_in())
+                    turned.angle =
+                        std::remainder(turned.angle + 30 * geometry::degree, 360 * geometry::degree);
+                else
+                    warn(messages, "Wedge filter and lung shutter are out: nothing to turn.");
+                break;
+            case Action::LungShutter:
+                // Beside the heart, over the left lung.
+                lung = lung.is_in() ? render::BeamFilter()
+                                    : render::BeamFilter{std::round(0.15 * field), 30 * geometry::degree};
+                break;
             case Action::PulsesMore:
                 if (index + 1 < script::pulse_rates.size()) rate = script::pulse_rates[index + 1];
                 break;
@@ -282,6 +303,8 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
             warn(messages, "The C-arm goes no further: " + problems.front());
     }
     if (collimate) commands.push_back(*collimate);
+    if (wedge != arm.wedge) commands.push_back(script::SetFilter{script::FilterKind::Wedge, wedge});
+    if (lung != arm.lung_shutter) commands.push_back(script::SetFilter{script::FilterKind::Lung, lung});
     if (rate != console.pulse_rate()) {
         if (rate > simulation.scenario().frame_rate)
             warn(messages, script::too_many_pulses(rate, simulation.scenario().frame_rate));

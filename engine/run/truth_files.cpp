@@ -74,6 +74,11 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
                      {"source_mm", list(render::source(arm))}};
     const render::PixelBox open = render::opening_of(arm);
     json["collimator_px"] = {open.left, open.top, open.right, open.bottom};
+    for (const auto& [name, filter] :
+         {std::pair{"wedge", arm.wedge}, std::pair{"lung_shutter", arm.lung_shutter}})
+        if (filter.is_in())
+            json["filters"][name] = {{"edge_mm", filter.edge},
+                                     {"angle_deg", filter.angle / geometry::degree}};
     const Eigen::Matrix<double, 3, 4> camera = render::camera_matrix(arm);
     for (int row = 0; row < 3; ++row)
         json["camera_matrix"].push_back({camera(row, 0), camera(row, 1), camera(row, 2), camera(row, 3)});

@@ -81,6 +81,12 @@ struct CommandText {
         if (c.width >= widest_opening && c.height >= widest_opening) return "collimate open";
         return fmt::format("collimate {} {} mm", io::number_text(c.width), io::number_text(c.height));
     }
+    std::string operator()(const SetFilter& c) const {
+        const std::string_view name = filter_names[static_cast<std::size_t>(c.kind)];
+        if (!c.place.is_in()) return fmt::format("filter {} out", name);
+        return fmt::format("filter {} {} mm {} deg", name, io::number_text(c.place.edge),
+                           io::number_text(c.place.angle / geometry::degree));
+    }
     std::string operator()(const MoveTable& c) const {
         return fmt::format("table {} {} {} mm", io::number_text(c.place.x()), io::number_text(c.place.y()),
                            io::number_text(c.place.z()));

@@ -23,6 +23,8 @@
 ///     38      breath hold                # the patient holds it after breathing out; breath free
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
 ///     41      collimate 120 90 mm        # opening at the detector; collimate open
+///     41      filter wedge 60 mm 30 deg  # edge from the middle at the detector, covered side from the
+///                                        # viewer's right; filter lung; filter wedge out
 ///     42      table 0 0 -40 mm           # to the patient's left, back, head
 ///     50      reference                  # the image to the reference screen
 ///     80      withdraw 10 mm
@@ -185,6 +187,13 @@ struct Breathe {
 struct Collimate {
     double width = 0, height = 0;  // of the opening at the detector [mm]
 };
+enum class FilterKind { Wedge, Lung };
+inline constexpr std::array<std::string_view, 2> filter_names = {"wedge", "lung"};
+/// Puts the filter at its place in the beam, or takes it out.
+struct SetFilter {
+    FilterKind kind = FilterKind::Wedge;
+    render::BeamFilter place;
+};
 /// Position of the table relative to the start [mm].
 struct MoveTable {
     geometry::Vec3 place = geometry::Vec3::Zero();
@@ -234,9 +243,10 @@ struct Relieve {
     std::string branch;
 };
 
-using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
-                             SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset, Remove,
-                             Exchange, ShiftMask, Breathe, Grip, Pin, TeacherAct, Complicate, Relieve>;
+using Command =
+    std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
+                 Collimate, SetFilter, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe,
+                 Grip, Pin, TeacherAct, Complicate, Relieve>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;                // [mm]
@@ -244,6 +254,7 @@ inline constexpr double least_grip = 5, largest_grip = 500;  // from the valve [
 inline constexpr double largest_rotation = 36000;            // [deg]
 inline constexpr double largest_volume = 300;                // of one injection [ml]
 using render::widest_opening;                                // of the collimator [mm]
+inline constexpr double farthest_filter = 300;               // its edge from the middle, either side [mm]
 inline const geometry::Vec3 table_reach(180, 140, 600);      // in either direction [mm]
 inline constexpr double largest_shift = 1024;                // of the mask, in either direction [pixels]
 inline constexpr double largest_shift_fraction = 0.25;       // the same, of the image's width [-]

@@ -202,6 +202,15 @@ Collimate collimate_command(Line& line) {
     return {width, line.amount(10, widest_opening, "mm")};
 }
 
+SetFilter filter_command(Line& line) {
+    SetFilter set;
+    set.kind = static_cast<FilterKind>(line.choice(filter_names, "expected " + io::joined(filter_names)));
+    if (line.next_is("out")) return set;
+    set.place.edge = line.amount(-farthest_filter, farthest_filter, "mm");
+    set.place.angle = line.amount(-360, 360, "deg") * geometry::degree;
+    return set;
+}
+
 MoveTable table_command(Line& line) {
     const double x = line.number(-table_reach.x(), table_reach.x(), "mm");
     const double y = line.number(-table_reach.y(), table_reach.y(), "mm");
@@ -318,6 +327,7 @@ constexpr Verb verbs[] = {
     {"shift", [](Line& l) -> Command { return shift_command(l); }},
     {"breath", [](Line& l) -> Command { return Breathe{l.either("hold", "free")}; }},
     {"collimate", [](Line& l) -> Command { return collimate_command(l); }},
+    {"filter", [](Line& l) -> Command { return filter_command(l); }},
     {"table", [](Line& l) -> Command { return table_command(l); }},
     {"reference", [](Line&) -> Command { return StoreReference{}; }},
     {"reset", [](Line&) -> Command { return Reset{}; }},

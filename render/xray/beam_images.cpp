@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "render/picture/fast_math.h"
 #include "render/picture/filter.h"
@@ -71,7 +73,39 @@ SparseLength::SparseLength(const Field& length) {
 
 PlaneImages plane_images(const FluoroscopeConfig& config, const CArm& arm) {
     return {arm, flat_field(arm, config.heel), shutters(config.display, arm),
-            measuring_disc(arm, config.measuring_radius * arm.detector_width)};
+            measuring_disc(arm, config.measuring_radius * arm.detector_width), filter_thickness(arm)};
+}
+
+Field filter_thickness(const CArm& arm) {
+    if (!arm.wedge.is_in() && !arm.lung_shutter.is_in()) return {};
+    constexpr double thickest = 1.0, ramp = 60.0;  // ramp and circle at the detector [mm]
+    constexpr double circle = 100.0;
+    Field copper(arm.pixels, arm.pixels);
+    const double width = pixel_width(arm);
+    for (int j = 0; j < arm.pixels; ++j) {
+        for (int i = 0; i < arm.pixels; ++i) {
+            const Eigen::Vector2d place((i + 0.5 - 0.5 * arm.pixels) * width,
+                                        (0.5 * arm.pixels - j - 0.5) * width);
+            const auto toward = [](const BeamFilter& f) {
+                return Eigen::Vector2d(std::cos(f.angle), std::sin(f.angle));
+            };
+            const auto add = [&](double behind_edge) {
+                copper.values[static_cast<std::size_t>(j) * arm.pixels + i] +=
+                    static_cast<float>(thickest * std::clamp(behind_edge / ramp, 0.0, 1.0));
+            };
+            if (const BeamFilter& f = arm.wedge; f.is_in()) add(place.dot(toward(f)) - f.edge);
+            if (const BeamFilter& f = arm.lung_shutter; f.is_in())
+                add((place - (f.edge - circle) * toward(f)).norm() - circle);
+        }
+    }
+    return copper;
+}
+
+PixelBins filter_transmission(float thickness, const EnergyBins& bins) {
+    const Bins copper = bins.attenuation(Material::Copper);
+    PixelBins passes;
+    for (int k = 0; k < energy_bins; ++k) passes[k] = fast_exp(-static_cast<float>(copper[k]) * thickness);
+    return passes;
 }
 
 PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer> layers, bool has_nodes,
@@ -79,34 +113,43 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
     PoseImages pose;
     pose.arm = arm;
     const Field nothing(arm.pixels, arm.pixels);
-    const auto mixture = [&](const TissueLayer& tissue) -> Field& {
+    const auto mixture = [&](const TissueLayer& tissue) -> Mixture& {
         for (Mixture& m : pose.mixtures)
-            if (m.material == tissue.material && m.inside == tissue.inside) return m.length;
-        return pose.mixtures.emplace_back(Mixture{tissue.material, tissue.inside, nothing}).length;
+            if (m.material == tissue.material && m.inside == tissue.inside) return m;
+        return pose.mixtures.emplace_back(Mixture{tissue.material, tissue.inside, nothing, nothing});
     };
     const auto add = [](const Field& length, Field& sum) {
         for (std::size_t i = 0; i < length.values.size(); ++i) sum.values[i] += length.values[i];
     };
+    // Layers of which only the sum counts are drawn together, those of a mixture at a time.
+    std::vector<std::vector<int>> together;
     Field contrast;
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
         const TissueLayer& tissue = layers[layer];
         const bool mixed = tissue.material != tissue.inside;
         if (!mixed && !tissue.perfused && has_nodes) continue;
         const int mesh = static_cast<int>(layer);
-        if (mixed && !tissue.takes_contrast && !tissue.perfused) {
-            Field& length = mixture(tissue);
-            renderer.accumulate(mesh, arm, length);
-            add_lengths(tissue.texture_blobs, arm, length);
+        Mixture* const sum = mixed ? &mixture(tissue) : nullptr;
+        together.resize(pose.mixtures.size());
+        if (sum && !tissue.takes_contrast && !tissue.perfused) {
+            together[static_cast<std::size_t>(sum - pose.mixtures.data())].push_back(mesh);
+            add_lengths(tissue.texture_blobs, arm, sum->length, &sum->before);
             continue;
         }
-        PathLengthRenderer::Result path = renderer.render(mesh, arm);
-        add_lengths(tissue.texture_blobs, arm, path.length);
-        if (mixed) add(path.length, mixture(tissue));
-        if (tissue.perfused) pose.organs[mesh] = SparseLength(path.length);
+        Field length = nothing, before = nothing;
+        renderer.accumulate({&mesh, 1}, arm, length, {}, &before);
+        add_lengths(tissue.texture_blobs, arm, length, &before);
+        if (sum) {
+            add(length, sum->length);
+            add(before, sum->before);
+        }
+        if (tissue.perfused) pose.organs[mesh] = SparseLength(length);
         if (!tissue.takes_contrast) continue;
         if (contrast.values.empty()) contrast = nothing;
-        add(path.length, contrast);
+        add(length, contrast);
     }
+    for (std::size_t m = 0; m < together.size(); ++m)
+        renderer.accumulate(together[m], arm, pose.mixtures[m].length, {}, &pose.mixtures[m].before);
     pose.contrast = SparseLength(contrast);
     return pose;
 }
@@ -116,6 +159,8 @@ void add_length(std::vector<Mixture>& mixtures, Material material, Material insi
     for (Mixture& m : mixtures) {
         if (m.material != material || m.inside != inside) continue;
         for (std::size_t i = 0; i < length.values.size(); ++i) m.length.values[i] += length.values[i];
+        for (std::size_t i = 0; i < m.before.values.size(); ++i)
+            m.before.values[i] += 0.5f * length.values[i];
         return;
     }
     mixtures.push_back({material, inside, length});
@@ -134,20 +179,46 @@ Eigen::Matrix2d focal_blur(const CArm& arm, double focal_spot, double depth) {
 
 namespace {
 
-/// In place, by the kernel without diagonals; the border keeps its own values.
-void blur(std::vector<PixelBins>& image, int width, const SmallBlur& kernel) {
-    const int height = static_cast<int>(image.size()) / width;
-    std::vector<PixelBins> before(image.begin(), image.begin() + width), row(before.size());
-    for (int j = 1; j + 1 < height; ++j) {
-        PixelBins* const here = image.data() + static_cast<std::ptrdiff_t>(j) * width;
-        std::copy_n(here, width, row.begin());
-        for (int i = 1; i + 1 < width; ++i)
-            for (int k = 0; k < energy_bins; ++k)
-                here[i][k] = kernel.middle * row[i][k] + kernel.across * (row[i - 1][k] + row[i + 1][k]) +
-                             kernel.down * (before[i][k] + here[i + width][k]);
-        std::swap(before, row);
-    }
+/// Variance of the focal spot's shadow, before and behind the isocentre [pixels²].
+struct FocalVariance {
+    float before, behind;
+};
+FocalVariance focal_variance(const CArm& arm, double focal_spot) {
+    constexpr double away = 90.0;  // [mm]
+    const auto at = [&](double depth) { return focal_blur(arm, focal_spot, std::max(depth, 1.0))(0, 0); };
+    // Their mean is that at the isocentre. The kernel has 3 by 3 pixels and must not become negative.
+    const double middle = at(arm.sod), apart = 0.5 * (at(arm.sod - away) - at(arm.sod + away));
+    const auto possible = [](double variance) { return static_cast<float>(std::clamp(variance, 0.0, 0.5)); };
+    return {possible(middle + apart), possible(middle - apart)};
 }
+
+/// The exponents of a row of pixels, bins side by side.
+struct ExponentRow {
+    std::vector<float> sum, blurred;  // Σ −μ·length; the same with each part times its variance
+
+    explicit ExponentRow(std::size_t pixels) : sum(pixels * energy_bins), blurred(sum.size()) {}
+    void make(int row, std::span<const Mixture> mixtures, std::span<const PixelBins> changes,
+              const FocalVariance& variance) {
+        std::fill(sum.begin(), sum.end(), 0.0f);
+        std::fill(blurred.begin(), blurred.end(), 0.0f);
+        const std::size_t pixels = sum.size() / energy_bins, start = static_cast<std::size_t>(row) * pixels;
+        const float mean = 0.5f * (variance.before + variance.behind);
+        for (std::size_t m = 0; m < mixtures.size(); ++m) {
+            const float* const length = mixtures[m].length.values.data() + start;
+            const float* const before =
+                mixtures[m].before.values.empty() ? nullptr : mixtures[m].before.values.data() + start;
+            for (std::size_t i = 0; i < pixels; ++i) {
+                const float weighed =
+                    before ? variance.behind * length[i] + (variance.before - variance.behind) * before[i]
+                           : mean * length[i];
+                for (int k = 0; k < energy_bins; ++k) {
+                    sum[i * energy_bins + k] -= changes[m][k] * length[i];
+                    blurred[i * energy_bins + k] -= changes[m][k] * weighed;
+                }
+            }
+        }
+    }
+};
 
 }  // namespace
 
@@ -164,17 +235,23 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
     result.primary.resize(count);
     result.scatter = std::move(scatter);
     Field received(arm.pixels, arm.pixels);
-    // Row by row, so that a row's exponents, bins of a pixel side by side, stay in the cache.
+    // The row, that above and that below it stay in the cache.
     const std::size_t row = static_cast<std::size_t>(arm.pixels);
-    std::vector<float> exponents(row * energy_bins);
+    const FocalVariance variance = focal_variance(arm, focal_spot);
+    ExponentRow above(row), here(row), below(row);
+    here.make(0, pose.mixtures, changes, variance);
     for (std::size_t start = 0; start < count; start += row) {
-        std::fill(exponents.begin(), exponents.end(), 0.0f);
-        for (std::size_t m = 0; m < changes.size(); ++m) {
-            const float* length = pose.mixtures[m].length.values.data() + start;
-            for (std::size_t i = 0; i < row; ++i)
-                for (int k = 0; k < energy_bins; ++k)
-                    exponents[i * energy_bins + k] -= changes[m][k] * length[i];
-        }
+        const int j = static_cast<int>(start / row);
+        if (j + 1 < arm.pixels) below.make(j + 1, pose.mixtures, changes, variance);
+        std::vector<float>& exponents = here.sum;
+        // Neighbours beyond the border are as what lies there.
+        const float* const up = j > 0 ? above.blurred.data() : here.blurred.data();
+        const float* const down = j + 1 < arm.pixels ? below.blurred.data() : here.blurred.data();
+        const float* const own = here.blurred.data();
+        const std::size_t values = exponents.size();
+        for (std::size_t e = 0; e < values; ++e) exponents[e] += 0.5f * (up[e] + down[e] - 2.0f * own[e]);
+        for (std::size_t e = energy_bins; e + energy_bins < values; ++e)
+            exponents[e] += 0.5f * (own[e - energy_bins] + own[e + energy_bins] - 2.0f * own[e]);
         exponentiate(exponents);
         for (std::size_t i = 0; i < row; ++i) {
             const std::size_t pixel = start + i;
@@ -183,12 +260,16 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
                                            static_cast<float>(result.bins.weights[k]) *
                                            exponents[i * energy_bins + k];
             }
+            if (!plane.copper.values.empty() && plane.copper.values[pixel] > 0.0f) {
+                const PixelBins passes = filter_transmission(plane.copper.values[pixel], result.bins);
+                for (int k = 0; k < energy_bins; ++k) result.primary[pixel][k] *= passes[k];
+            }
             result.scatter.values[pixel] *= plane.flat.values[pixel];
             received.values[pixel] = sum(result.primary[pixel]) + result.scatter.values[pixel];
         }
+        std::swap(above, here);
+        std::swap(here, below);
     }
-
-    blur(result.primary, arm.pixels, SmallBlur(focal_blur(arm, focal_spot, arm.sod)));
 
     // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
     Field disc = plane.measured;

@@ -25,13 +25,15 @@ inline float sum(const PixelBins& bins) {
 /// Path lengths through all layers that change μ in the same way.
 struct Mixture {
     Material material, inside;
-    Field length;  // [mm]
+    Field length;       // [mm]
+    Field before = {};  // of it what is nearer to the source than the isocentre; empty: half [mm]
 };
 
 /// Images that depend on size, distances and collimator, but not on the angles of the arm.
 struct PlaneImages {
     CArm arm;
     Field flat, open, measured;  // open beam, collimator, measuring field: fractions of 1
+    Field copper;                // of wedge and lung shutter [mm]; empty: none
 };
 
 /// A layer that covers few pixels: their indices, and the length of each pixel's ray in it [mm].
@@ -64,6 +66,12 @@ struct BeamImages {
 
 PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 
+/// Thickness of wedge and lung shutter on each pixel, together [mm]; empty: none is in the beam. Their shapes
+/// are estimates: manufacturers give equivalents of 0.1 to 1 mm of copper and no drawings.
+Field filter_thickness(const CArm&);
+/// What passes them in each bin, relative to what arrives.
+PixelBins filter_transmission(float thickness, const EnergyBins&);
+
 /// Draws each layer's mesh, which has the same number in the renderer. `has_nodes`: contrast has vessels of
 /// its own, and needs no lengths of lumina.
 PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
@@ -79,8 +87,8 @@ struct SmallBlur {
 /// Of a focal spot of that side [mm], at a distance from it [mm]: the spot's shadow, a square.
 Eigen::Matrix2d focal_blur(const CArm&, double focal_spot, double depth);
 
-/// Images at a voltage [kV], unsharp by the focal spot [mm] as what lies at the isocentre is; `scatter`:
-/// relative to the open beam in its middle.
+/// Images at a voltage [kV], unsharp by the focal spot [mm]: what lies before and behind the isocentre as it
+/// is 90 mm from it, a trunk's mean. `scatter`: relative to the open beam in its middle.
 BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, double focal_spot, Field scatter);
 
 /// Those of a plane with `factor` times as many pixels on a side, bilinear; `scatter` as there.

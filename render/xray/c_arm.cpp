@@ -12,7 +12,30 @@ namespace render {
 bool operator==(const CArm& a, const CArm& b) {
     return a.lao == b.lao && a.cranial == b.cranial && a.sid == b.sid && a.sod == b.sod &&
            a.isocentre == b.isocentre && a.detector_width == b.detector_width &&
-           a.opening_width == b.opening_width && a.opening_height == b.opening_height && a.pixels == b.pixels;
+           a.opening_width == b.opening_width && a.opening_height == b.opening_height && a.wedge == b.wedge &&
+           a.lung_shutter == b.lung_shutter && a.pixels == b.pixels;
+}
+
+bool same_pose(const CArm& a, const CArm& b) {
+    CArm like_b = a;
+    like_b.opening_width = b.opening_width;
+    like_b.opening_height = b.opening_height;
+    like_b.wedge = b.wedge;
+    like_b.lung_shutter = b.lung_shutter;
+    return like_b == b;
+}
+
+void CArm::state(geometry::StateStream& s) {
+    s(lao, cranial, sid, sod, isocentre, detector_width, opening_width, opening_height, pixels);
+    std::vector<double> filters;
+    if (wedge.is_in() || lung_shutter.is_in())
+        filters = {wedge.edge, wedge.angle, lung_shutter.edge, lung_shutter.angle};
+    s.unless_empty(filters);
+    if (!s.restores()) return;
+    wedge = lung_shutter = {};
+    if (filters.size() != 4) return;
+    wedge = {filters[0], filters[1]};
+    lung_shutter = {filters[2], filters[3]};
 }
 
 std::vector<std::string> problems(const CArm& arm) {
@@ -46,6 +69,9 @@ std::vector<std::string> problems(const CArm& arm) {
     require(arm.opening_width > 0.0 && arm.opening_height > 0.0 && arm.opening_width <= widest_opening &&
                 arm.opening_height <= widest_opening,
             "the collimator must open by more than 0 mm and at most 1000 mm");
+    for (const BeamFilter& filter : {arm.wedge, arm.lung_shutter})
+        require(std::abs(filter.edge) <= widest_opening && std::isfinite(filter.angle),
+                "a filter's edge must lie within 1000 mm of the image's middle, at a finite angle");
     require(arm.pixels >= 1 && arm.pixels <= 4096, "the image must have 1 to 4096 pixels along a side");
     require(arm.isocentre.allFinite(), "the isocentre must be finite");
     return found;

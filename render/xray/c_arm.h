@@ -18,6 +18,16 @@ using geometry::Vec3;
 
 inline constexpr double widest_opening = 1000;  // of the collimator: open [mm]
 
+/// A plate of copper at the tube that can be moved into the beam and turned. Its edge is thin, and it becomes
+/// thicker with the distance from it.
+struct BeamFilter {
+    double edge = widest_opening;  // from the image's middle, at the detector; negative: past it [mm]
+    double angle = 0.0;  // of the covered side in the image, from the viewer's right counter-clockwise [rad]
+
+    bool is_in() const { return edge < widest_opening; }
+    bool operator==(const BeamFilter&) const = default;
+};
+
 struct CArm {
     double lao = 0.0;                                   // RAO negative [rad]
     double cranial = 0.0;                               // caudal negative [rad]
@@ -28,14 +38,16 @@ struct CArm {
     /// Opening of the collimator at the detector [mm]; it opens no wider than the field.
     double opening_width = widest_opening;
     double opening_height = widest_opening;
-    int pixels = 512;  // along either side
+    BeamFilter wedge;         // with a straight edge
+    BeamFilter lung_shutter;  // with the edge of a circle, which leaves the heart open
+    int pixels = 512;         // along either side
 
-    void state(geometry::StateStream& s) {
-        s(lao, cranial, sid, sod, isocentre, detector_width, opening_width, opening_height, pixels);
-    }
+    void state(geometry::StateStream&);
 };
 
 bool operator==(const CArm&, const CArm&);
+/// Whether the two differ at most by collimator and filters.
+bool same_pose(const CArm&, const CArm&);
 
 /// The range of an angiography stand; files and commands that exceed it are rejected.
 struct ArmLimits {

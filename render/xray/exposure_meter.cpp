@@ -74,6 +74,7 @@ void ExposureMeter::move_to(const CArm& arm) {
     pose.mixtures = lengths(pose.coarse, {}, {});
     pose.thickness = scattering_thickness(pose.mixtures, places);
     pose.open = shutters(config_.display, pose.coarse);
+    pose.copper = filter_thickness(pose.coarse);
     pose.measured = measuring_disc(pose.coarse, config_.measuring_radius * arm.detector_width);
     for (std::size_t i = 0; i < pose.measured.values.size(); ++i)
         pose.measured.values[i] *= pose.open.values[i];
@@ -95,7 +96,24 @@ const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {
     }
     Field lit(places, places);
     std::vector<float> signal(lit.values.size()), kerma(lit.values.size());
+    double open = 0.0, open_filtered = 0.0;
     for (std::size_t i = 0; i < lit.values.size(); ++i) {
+        if (!pose_->copper.values.empty()) {
+            const PixelBins passes = filter_transmission(pose_->copper.values[i], bins);
+            double unfiltered_kerma = 0.0, filtered_kerma = 0.0;
+            for (int k = 0; k < energy_bins; ++k) {
+                const auto kerma_here =
+                    static_cast<float>(bins.weights[k] * kerma_per_signal(bins.energies[k]));
+                signal_weight[k] = static_cast<float>(bins.weights[k]) * passes[k];
+                kerma_weight[k] = kerma_here * passes[k];
+                unfiltered_kerma += kerma_here;
+                filtered_kerma += kerma_weight[k];
+            }
+            open += pose_->open.values[i] * unfiltered_kerma;
+            open_filtered += pose_->open.values[i] * filtered_kerma;
+            if (i == lit.values.size() / 2 + places / 2)
+                result.filtered_middle = filtered_kerma / unfiltered_kerma;
+        }
         for (int k = 0; k < energy_bins; ++k) {
             float exponent = 0.0f;
             for (std::size_t m = 0; m < changes.size(); ++m)
@@ -106,6 +124,7 @@ const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {
         }
         lit.values[i] = pose_->open.values[i] * signal[i];
     }
+    if (open > 0.0) result.filtered = open_filtered / open;
     result.scatter = scatter_field(lit, pose_->thickness, kvp, pixel_width(pose_->coarse),
                                    pose_->arm.sid - pose_->arm.sod);
     for (float& value : result.scatter.values) value *= static_cast<float>(config_.scatter);
@@ -192,8 +211,9 @@ Technique ExposureMeter::technique(const CArm& arm, const Exposure& exposure) {
     const double charge = 1e-3 * result.current * result.pulse_width;  // [mAs]
     const double at_one_metre = kerma_per_charge(kvp) * charge;        // [mGy]
     constexpr double Gy_cm2_per_mGy_mm2 = 1e-5;
-    result.air_kerma = at_one_metre / (metres * metres);
-    result.area_product = at_one_metre * open_area(arm) / (1e-6 * arm.sid * arm.sid) * Gy_cm2_per_mGy_mm2;
+    result.air_kerma = beam(kvp).filtered_middle * at_one_metre / (metres * metres);
+    result.area_product =
+        beam(kvp).filtered * at_one_metre * open_area(arm) / (1e-6 * arm.sid * arm.sid) * Gy_cm2_per_mGy_mm2;
     return result;
 }
 

@@ -96,12 +96,14 @@ private:
         Field scatter;                 // of the coarse image, relative to the open beam
         double charge_per_dose = 0.0;  // [mAs/nGy]
         double measured = 0.0;
+        // Air kerma that passes the filters: of the open field's, and of that in its middle [-].
+        double filtered = 1.0, filtered_middle = 1.0;
     };
     struct Pose {
         CArm arm;     // as asked for
         CArm coarse;  // around the open part of the field
         std::vector<Mixture> mixtures;
-        Field thickness, open, measured;
+        Field thickness, open, measured, copper;
         std::map<double, Beam> beams;  // by voltage
         std::optional<double> automatic;
     };

@@ -131,16 +131,14 @@ bool same_plane(CArm a, const CArm& b) {
     return a == b;
 }
 
-/// Lengths through volumes, which cost most of a pose and do not depend on the collimator.
+/// Lengths through volumes, which cost most of a pose.
 class VolumeImages {
 public:
     void add_to(PoseImages& pose, std::span<const VolumeRayCaster> volumes) {
-        CArm open = pose.arm;
-        open.opening_width = open.opening_height = widest_opening;
-        if (!arm_ || !(*arm_ == open)) {
+        if (!arm_ || !(*arm_ == pose.arm)) {
             lengths_.clear();
-            for (const VolumeRayCaster& volume : volumes) lengths_.push_back(volume.lengths(open));
-            arm_ = open;
+            for (const VolumeRayCaster& volume : volumes) lengths_.push_back(volume.lengths(pose.arm));
+            arm_ = pose.arm;
         }
         for (std::size_t v = 0; v < volumes.size(); ++v)
             for (std::size_t p = 0; p < lengths_[v].size(); ++p)
@@ -149,7 +147,7 @@ public:
     }
 
 private:
-    std::optional<CArm> arm_;                  // of the lengths, with an open collimator
+    std::optional<CArm> arm_;                  // of the lengths
     std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
 };
 
@@ -255,13 +253,30 @@ MovedVessels Fluoroscope::State::move_vessels(std::span<const Eigen::Vector3f> o
 void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
     const int factor = exposure.stand_moves && vessels ? coarser_by(arm.pixels) : 1;
     const MoverFractions moment = {exposure.breath, exposure.beat, exposure.drift};
-    if (pose && pose->arm == arm && (factor == 1 ? !coarse : coarse && coarse->moment == moment)) return;
+    const bool same_beam = pose && pose->arm == arm;
+    if (!same_beam) {
+        beams.clear();
+        bare.clear();
+        phases->beam_changes();
+        if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
+    }
+    // Collimator and filters leave the lengths as they are.
+    if (pose && same_pose(pose->arm, arm) && (factor == 1 ? !coarse : coarse && coarse->moment == moment)) {
+        pose->arm = arm;
+        if (coarse && !same_beam) {
+            CArm& few = coarse->images.arm;
+            const int pixels = few.pixels;
+            few = arm;
+            few.pixels = pixels;
+            coarse_plane = plane_images(config, few);
+        }
+        return;
+    }
     move_vessels({});
     beams.clear();
     bare.clear();
     phases->clear();
     coarse.reset();
-    if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     if (factor == 1) {
         pose = pose_images(renderer, layers, vessels.has_value(), arm);
         volume_images.add_to(*pose, volumes);
@@ -608,7 +623,15 @@ Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposu
     state_->move_to(arm, exposure);
     const BeamImages& at = state_->beam(exposure);
     Field open = state_->plane->flat;
-    for (float& value : open.values) value *= static_cast<float>(at.gain);
+    for (std::size_t i = 0; i < open.values.size(); ++i) {
+        float passes = static_cast<float>(at.gain);
+        if (const Field& copper = state_->plane->copper; !copper.values.empty()) {
+            PixelBins bins = filter_transmission(copper.values[i], at.bins);
+            for (int k = 0; k < energy_bins; ++k) bins[k] *= static_cast<float>(at.bins.weights[k]);
+            passes *= sum(bins);
+        }
+        open.values[i] *= passes;
+    }
     return estimated_scatter(signal, state_->plane->open, open, at.kvp, pixel_width(arm), arm.sid - arm.sod);
 }
 

@@ -349,11 +349,15 @@ OrganPhases::OrganPhases(std::span<const TissueLayer> layers) {
         if (!group.kinds.empty()) groups_.push_back(std::move(group));
 }
 
-void OrganPhases::clear() {
+void OrganPhases::beam_changes() {
     still_.clear();
+    for (Group& group : groups_) group.images.clear();
+}
+
+void OrganPhases::clear() {
+    beam_changes();
     for (Group& group : groups_) {
         group.flow.reset();
-        group.images.clear();
         for (Kind& kind : group.kinds) kind.drawings.clear();
     }
 }

@@ -118,6 +118,8 @@ public:
 
     /// Forgets everything: the pose has changed.
     void clear();
+    /// Forgets the images, and keeps what they are made from: only the beam has changed.
+    void beam_changes();
 
     /// `beam`: of the exposure's voltage, which is the only one of the exposure's values besides its phases
     /// that counts.

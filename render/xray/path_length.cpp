@@ -41,10 +41,11 @@ constexpr const char* fragment_shader = R"(#version 330 core
 in float depth;
 flat in float corner;
 uniform float longest_edge;
-out vec2 length_and_count;
+out vec4 lengths_and_count;  // all of the ray, its part before the isocentre's plane
 void main() {
     float there = clamp(depth, corner - longest_edge, corner + longest_edge);
-    length_and_count = gl_FrontFacing ? vec2(-there, 1.0) : vec2(there, -1.0);
+    vec4 leaving = vec4(there, min(there, 0.0), -1.0, 0.0);
+    lengths_and_count = gl_FrontFacing ? -leaving : leaving;
 })";
 
 }  // namespace
@@ -115,7 +116,7 @@ struct PathLengthRenderer::Gl : GlContext {
     std::vector<Mesh> meshes;
     GLuint program = 0, framebuffer = 0, texture = 0;
     int size = 0;                 // of the target, pixels along a side
-    std::vector<float> readback;  // length and count, interleaved
+    std::vector<float> readback;  // lengths, count and nothing, interleaved
 
     Gl() {
         const auto use = context.use();
@@ -146,7 +147,7 @@ struct PathLengthRenderer::Gl : GlContext {
             GenTextures(1, &texture);
         }
         BindTexture(GL_TEXTURE_2D, texture);
-        TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, pixels, pixels, 0, GL_RG, GL_FLOAT, nullptr);
+        TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, pixels, pixels, 0, GL_RGBA, GL_FLOAT, nullptr);
         TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
         TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
         BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
@@ -156,7 +157,7 @@ struct PathLengthRenderer::Gl : GlContext {
                                      " pixels along a side");
         }
         size = pixels;
-        readback.resize(static_cast<std::size_t>(pixels) * pixels * 2);
+        readback.resize(static_cast<std::size_t>(pixels) * pixels * 4);
     }
 
     void uniform(const char* name, const Vec3& v) {
@@ -306,13 +307,22 @@ PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm,
     return result;
 }
 
-int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase phase) {
+int PathLengthRenderer::accumulate(std::span<const int> meshes, const CArm& arm, Field& sum, Phase phase,
+                                   Field* before) {
     Gl& gl = *gl_;
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
-    const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
-    const Window window = window_of(drawn.low, drawn.high, arm);
-    if (window.empty()) return 0;
+    Window window{pixels, pixels, 0, 0};
+    std::vector<const Gl::Mesh*> seen;
+    for (const int mesh : meshes) {
+        const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
+        const Window own = window_of(drawn.low, drawn.high, arm);
+        if (own.empty()) continue;
+        seen.push_back(&drawn);
+        window = {std::min(window.left, own.left), std::min(window.top, own.top),
+                  std::max(window.right, own.right), std::max(window.bottom, own.bottom)};
+    }
+    if (seen.empty()) return 0;
     const int width = window.right - window.left, height = window.bottom - window.top;
     const auto use = gl.context.use();
     gl.resize(pixels);
@@ -331,24 +341,27 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase 
     gl.UseProgram(gl.program);
     gl.uniform("isocentre", arm.isocentre);
     gl.uniform("phase", Vec3(phase.breath, phase.beat, phase.drift));
-    gl.Uniform1f(gl.GetUniformLocation(gl.program, "longest_edge"), drawn.longest_edge);
     gl.uniform("view", glm::mat4(view_matrix(arm)));
     gl.uniform("projection", glm::mat4(projection_matrix(arm)));
-    gl.BindVertexArray(drawn.array);
-    gl.DrawElements(GL_TRIANGLES, drawn.count, GL_UNSIGNED_INT, nullptr);
+    for (const Gl::Mesh* drawn : seen) {
+        gl.Uniform1f(gl.GetUniformLocation(gl.program, "longest_edge"), drawn->longest_edge);
+        gl.BindVertexArray(drawn->array);
+        gl.DrawElements(GL_TRIANGLES, drawn->count, GL_UNSIGNED_INT, nullptr);
+    }
     gl.BindVertexArray(0);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.ReadPixels(window.left, window.top, width, height, GL_RG, GL_FLOAT, gl.readback.data());
+    gl.ReadPixels(window.left, window.top, width, height, GL_RGBA, GL_FLOAT, gl.readback.data());
     gl.require_no_error("drawing path lengths");
 
     int unbalanced = 0;
     const double step = pixel_width(arm) / arm.sid;
     for (int j = window.top; j < window.bottom; ++j) {
         const double y = (j + 0.5 - 0.5 * pixels) * step;
-        const float* from = gl.readback.data() + 2 * static_cast<std::size_t>(j - window.top) * width;
+        const float* from = gl.readback.data() + 4 * static_cast<std::size_t>(j - window.top) * width;
         float* to = sum.values.data() + static_cast<std::size_t>(j) * pixels;
-        for (int i = window.left; i < window.right; ++i, from += 2) {
-            if (from[1] != 0.0f) {
+        float* to_before = before ? before->values.data() + static_cast<std::size_t>(j) * pixels : nullptr;
+        for (int i = window.left; i < window.right; ++i, from += 4) {
+            if (from[2] != 0.0f) {
                 ++unbalanced;
                 continue;
             }
@@ -356,7 +369,9 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase 
             if (!(depth > 0.0)) continue;
             // From depth along the beam axis to length along the ray.
             const double x = (i + 0.5 - 0.5 * pixels) * step;
-            to[i] += static_cast<float>(depth * std::sqrt(1.0 + x * x + y * y));
+            const double oblique = std::sqrt(1.0 + x * x + y * y);
+            to[i] += static_cast<float>(depth * oblique);
+            if (to_before) to_before[i] += static_cast<float>(from[1] * oblique);
         }
     }
     return unbalanced;

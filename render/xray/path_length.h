@@ -61,8 +61,13 @@ public:
     };
     Result render(int mesh, const CArm&, Phase);
     Result render(int mesh, const CArm& arm) { return render(mesh, arm, {}); }
-    /// Adds the lengths to `sum`, arm.pixels squared; returns the number of unbalanced pixels.
-    int accumulate(int mesh, const CArm&, Field& sum, Phase);
+    /// Adds the lengths through all these meshes to `sum`, arm.pixels squared, and their parts nearer to the
+    /// source than the isocentre to `before`, unless it is null; returns the number of unbalanced pixels,
+    /// which get none of them.
+    int accumulate(std::span<const int> meshes, const CArm&, Field& sum, Phase, Field* before);
+    int accumulate(int mesh, const CArm& arm, Field& sum, Phase phase) {
+        return accumulate({&mesh, 1}, arm, sum, phase, nullptr);
+    }
     int accumulate(int mesh, const CArm& arm, Field& sum) { return accumulate(mesh, arm, sum, {}); }
 
 private:

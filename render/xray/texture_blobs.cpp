@@ -13,7 +13,7 @@ double content(const TextureBlob& blob) {
            blob.elongation;
 }
 
-void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Field& sum) {
+void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Field& sum, Field* before) {
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
     using Eigen::Vector3f;
@@ -24,6 +24,7 @@ void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Fi
     const auto per_slope = static_cast<float>(arm.sid / pixel_width(arm));
     const float centre = 0.5f * static_cast<float>(pixels), width = static_cast<float>(pixels);
     constexpr float nearest = 1.0f;  // depth [mm]
+    const auto isocentre = static_cast<float>(arm.sod);
     // The second moment of (1 − d²)² along an axis is an eighth of the squared half-axis, that of a
     // pixel 1/12: together they are those of an ellipse whose squared half-axes are larger by this [px²].
     constexpr float of_pixel = 2.0f / 3.0f;
@@ -71,13 +72,17 @@ void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Fi
             if (!(end > 0.0f)) continue;
             const int first = static_cast<int>(std::max(0.0f, left + 0.5f)),
                       last = static_cast<int>(std::min(width, end + 0.5f)) - 1;
-            float* row = sum.values.data() + static_cast<std::size_t>(j) * pixels;
             const float outer = 1.0f - yy * v * v, slope = 2.0f * xy * v;
-            for (int i = first; i <= last; ++i) {
-                const float u = static_cast<float>(i) + 0.5f - x;
-                const float q = outer - (slope + xx * u) * u;
-                row[i] += peak * q * q;
-            }
+            const auto add = [&](float* row) {
+                for (int i = first; i <= last; ++i) {
+                    const float u = static_cast<float>(i) + 0.5f - x;
+                    const float q = outer - (slope + xx * u) * u;
+                    row[i] += peak * q * q;
+                }
+            };
+            const std::size_t start = static_cast<std::size_t>(j) * pixels;
+            add(sum.values.data() + start);
+            if (before && depth < isocentre) add(before->values.data() + start);
         }
     }
 }

@@ -26,7 +26,8 @@ double content(const TextureBlob&);
 
 /// Adds to `sum`, arm.pixels squared, the integral of the fractions along each pixel's ray [mm], averaged
 /// over pixels: a blob smaller than a pixel keeps its content. TextureBlobs within 1 mm of the source's plane
-/// or behind it add nothing. The same arguments give the same bits.
-void add_lengths(std::span<const TextureBlob>, const CArm&, Field& sum);
+/// or behind it add nothing. Those nearer to the source than the isocentre are added to `before` too, unless
+/// it is null. The same arguments give the same bits.
+void add_lengths(std::span<const TextureBlob>, const CArm&, Field& sum, Field* before = nullptr);
 
 }  // namespace render

@@ -34,6 +34,10 @@ TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
         if (pick(5) == 0) commands.push_back(script::MoveArm{0.1 * (pick(40) - 20), {}, {}, {}, {}, {}});
         if (pick(8) == 0) commands.push_back(script::MoveTable{{1.0 * pick(60), 0, 1.0 * pick(80)}});
         if (pick(8) == 0) commands.push_back(script::Collimate{20.0 + pick(200), 20.0 + pick(200)});
+        if (pick(5) == 0)
+            commands.push_back(
+                script::SetFilter{static_cast<script::FilterKind>(pick(2)),
+                                  {pick(3) ? pick(200) - 100.0 : script::widest_opening, 0.1 * pick(60)}});
         if (pick(9) == 0) commands.push_back(script::MoveArm{{}, {}, {}, {}, 60.0 + pick(240), {}});
         if (frame == 25) commands.push_back(script::Reset{});
         pictured.next_frame(commands);

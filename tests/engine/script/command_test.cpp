@@ -217,6 +217,8 @@ TEST(Command, TextReadsBackToTheSameBits) {
         NewMask{},
         Collimate{120, 90.5},
         Collimate{widest_opening, widest_opening},
+        SetFilter{FilterKind::Wedge, {-20.5, 30 * degree}},
+        SetFilter{FilterKind::Lung, {}},
         MoveTable{geometry::Vec3(.1, -2, 3)},
         StoreReference{},
         ShiftMask{ShiftMask::Mode::To, 1.0 / 3, -0.1},

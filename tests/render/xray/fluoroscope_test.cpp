@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "render/patient/patient.h"
@@ -324,6 +325,89 @@ TEST(Fluoroscope, AFocalSpotWidensShadowsByTheirDepth) {
         const double wider = width_of_wire(toward_detector, large) - width_of_wire(toward_detector, sharp);
         EXPECT_NEAR(wider, side * side / 12, 0.15 * side * side / 12) << toward_detector;
     }
+}
+
+/// Variance of the upper edge of a plate of bone at that height above the isocentre toward the detector
+/// [pixels²]: a mean over places of the edge within a pixel.
+double width_of_edge(double toward_detector, double focal_spot) {
+    const CArm arm{.detector_width = 100.0, .pixels = 256};
+    constexpr int phases = 8;
+    const double pitch = render::pixel_width(arm) * (arm.sod + toward_detector) / arm.sid;
+    double variance = 0;
+    for (int phase = 0; phase < phases; ++phase) {
+        const double top = 10 + pitch * phase / phases;
+        std::vector<TissueLayer> layers;
+        layers.push_back(
+            {"plate", Material::CorticalBone, Material::Air,
+             render::loft({{Vec3(0, -toward_detector, top - 60), Vec3::UnitX(), Vec3::UnitY(), 60, 0.5, 8},
+                           {Vec3(0, -toward_detector, top), Vec3::UnitX(), Vec3::UnitY(), 60, 0.5, 8}},
+                          48),
+             false});
+        Fluoroscope scope({}, std::move(layers));
+        Exposure exposure;
+        exposure.kvp = 70;
+        exposure.focal_spot = focal_spot;
+        const Field seen = scope.expected_quanta(arm, Polyline{}, exposure);
+        double sum = 0, first = 0, second = 0;
+        for (int row = 60; row < 140; ++row) {
+            const auto pixel = static_cast<std::size_t>(row * arm.pixels + arm.pixels / 2);
+            const double step = std::log(seen.values[pixel] / seen.values[pixel + 256]);
+            sum += step, first += step * row, second += step * row * row;
+        }
+        variance += (second / sum - std::pow(first / sum, 2)) / phases;
+    }
+    return variance;
+}
+
+// The patient's shadows are as unsharp as at 90 mm before or behind the isocentre.
+TEST(Fluoroscope, BonesNearTheTubeAreLessSharpThanThoseNearTheDetector) {
+    const CArm arm{.detector_width = 100.0, .pixels = 256};
+    constexpr double spot = 0.6;
+    for (const double toward_detector : {-90.0, 90.0}) {
+        const double wider = width_of_edge(toward_detector, spot) - width_of_edge(toward_detector, 0);
+        const double side = spot * (arm.sid / (arm.sod + toward_detector) - 1) / render::pixel_width(arm);
+        // The straight line between both is exact at the isocentre.
+        EXPECT_NEAR(wider, side * side / 12, toward_detector < 0 ? 0.2 * side * side / 12 : 0.04)
+            << toward_detector;
+    }
+}
+
+TEST(Fluoroscope, AFilterDimsWhatItCoversAndSparesThePatient) {
+    CArm arm = small_arm();
+    Fluoroscope scope({}, phantom());
+    Exposure exposure;
+    exposure.kvp = 74;
+    const Field open = scope.expected_quanta(arm, Polyline{}, exposure);
+    const render::Technique free = scope.technique(arm, exposure);
+    for (const double angle : {0.0, 0.5 * std::numbers::pi, 2.3}) {
+        for (render::BeamFilter CArm::*const which : {&CArm::wedge, &CArm::lung_shutter}) {
+            CArm filtered = arm;
+            filtered.*which = {10.0, angle};
+            const Field seen = scope.expected_quanta(filtered, Polyline{}, exposure);
+            const render::Technique technique = scope.technique(filtered, exposure);
+            const auto ratio_at = [&](double from_middle) {
+                const int i = static_cast<int>(64 + from_middle / render::pixel_width(arm) * std::cos(angle)),
+                          j = static_cast<int>(64 - from_middle / render::pixel_width(arm) * std::sin(angle));
+                const auto pixel = static_cast<std::size_t>(j * arm.pixels + i);
+                return seen.values[pixel] / open.values[pixel];
+            };
+            // Tube output rises to keep the dose behind the patient; the covered side gets far less of it.
+            EXPECT_GT(ratio_at(-40), 0.99) << angle;
+            EXPECT_LT(ratio_at(70), 0.5 * ratio_at(-40)) << angle;
+            EXPECT_GT(ratio_at(70), 0.05) << angle;
+            const double output =
+                technique.current * technique.pulse_width / (free.current * free.pulse_width);
+            EXPECT_LT(technique.area_product / output, 0.85 * free.area_product) << angle;
+        }
+    }
+    // The pose's images are kept while a filter moves.
+    CArm again = arm;
+    again.wedge = {0.0, 1.0};
+    EXPECT_EQ(scope.expected_quanta(again, Polyline{}, exposure).values,
+              Fluoroscope({}, phantom()).expected_quanta(again, Polyline{}, exposure).values);
+    EXPECT_EQ(scope.expected_quanta(arm, Polyline{}, exposure).values, open.values);
+    again.wedge.edge = std::nan("");
+    EXPECT_THROW(scope.expected_quanta(again, Polyline{}, exposure), std::invalid_argument);
 }
 
 TEST(Fluoroscope, WhatMovesWithinThePulseIsBlurredByItsWay) {
