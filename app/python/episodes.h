@@ -21,6 +21,7 @@
 #include "app/python/values.h"
 #include "engine/episode/episode.h"
 #include "engine/episode/pool.h"
+#include "engine/episode/store.h"
 #include "engine/exercise/score_file.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -50,18 +51,10 @@ private:
 
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
-inline scenario::Scenario scenario_of(const std::string& file, const std::optional<std::string>& text,
-                                      const std::string& catalogue, const Overrides& overrides) {
-    std::vector<scenario::Override> values;
-    for (const auto& [key, value] : overrides) values.push_back({key, value});
-    return text ? scenario::parse_scenario(*text, file, catalogue, values)
-                : scenario::load_scenario(file, catalogue, values);
-}
-
 /// What scenarios that take turns in one environment must have in common. No vessels are grown for it.
 inline py::dict facts(const std::string& file, const std::optional<std::string>& text,
                       const std::string& catalogue, const Overrides& overrides) {
-    const scenario::Scenario scenario = scenario_of(file, text, catalogue, overrides);
+    const scenario::Scenario scenario = episode::scenario_of({file, text, catalogue, overrides});
     py::dict made;
     made["devices"] = scenario.devices.size();
     made["frame_rate_hz"] = scenario.frame_rate;
@@ -248,9 +241,7 @@ public:
         std::vector<std::unique_ptr<Episode>> episodes;
         {
             const Free free;
-            episodes.push_back(
-                std::make_unique<Episode>(scenario_of(file, text, catalogue, overrides), pictures, cache));
-            if (panel) episodes.back()->follow_room();
+            episodes.push_back(episode::open({file, text, catalogue, overrides, pictures, panel}, cache));
         }
         made(std::move(episodes), std::move(cache));
     }
@@ -392,15 +383,15 @@ private:
     }
 };
 
-/// Cameras of one thread, one for each anatomy that was imaged last.
+/// Cameras of one thread, one for each patient that was imaged last.
 class Cameras {
 public:
-    episode::Camera& of(const exercise::Simulation& simulation, const anatomy::ModelCache& cache) {
+    episode::Camera& of(const Episode& episode, const anatomy::ModelCache& cache) {
         for (Kept& kept : kept_)
-            if (&kept.like->anatomy() == &simulation.anatomy()) return *kept.camera;
-        auto camera = std::make_unique<episode::Camera>(simulation, cache);
+            if (kept.patient == episode.patient()) return *kept.camera;
+        auto camera = std::make_unique<episode::Camera>(episode.patient(), cache);
         if (kept_.size() == most) kept_.erase(kept_.begin());
-        kept_.push_back({std::make_unique<exercise::Simulation>(simulation), std::move(camera)});
+        kept_.push_back({episode.patient(), std::move(camera)});
         return *kept_.back().camera;
     }
     void clear() { kept_.clear(); }
@@ -408,7 +399,7 @@ public:
 private:
     static constexpr std::size_t most = 4;
     struct Kept {
-        std::unique_ptr<const exercise::Simulation> like;  // keeps the anatomy
+        std::shared_ptr<episode::PatientImages> patient;
         std::unique_ptr<episode::Camera> camera;
     };
     std::vector<Kept> kept_;
@@ -647,7 +638,7 @@ private:
                              std::string(py::repr(given)), size());
     }
     episode::Camera& camera_of(Episode& episode, int thread) {
-        return cameras_[static_cast<std::size_t>(thread)].of(episode.simulation(), cache_);
+        return cameras_[static_cast<std::size_t>(thread)].of(episode, cache_);
     }
     episode::Camera* camera_of(Episode& episode) override { return &camera_of(episode, 0); }
     void forget() override {

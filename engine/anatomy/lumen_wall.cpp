@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
 #include <sstream>
 #include <thread>
 
+#include "physics/geometry/mapped_file.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wall/mesh_wall.h"
 
@@ -59,13 +59,11 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
         physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
     const CachePlace place(cache, fmt::format("field-{:016x}.bin", fingerprint));
     if (place.exists()) {
-        std::error_code ignored;
-        if (std::ifstream in; std::filesystem::is_regular_file(place.path(), ignored) &&
-                              (in.open(place.path(), std::ios::binary), in.is_open())) {
+        if (const auto file = geometry::MappedFile::of(place.path())) {
             try {
                 place.used();
                 return std::make_unique<physics::DistanceField>(physics::DistanceField::load(
-                    in, fingerprint, anatomy.branches, ends, stiffness, wire_radius));
+                    file->bytes(), file, fingerprint, anatomy.branches, ends, stiffness, wire_radius));
             } catch (const std::runtime_error&) {
                 // Damaged or of another version: made anew below and overwritten.
             }

@@ -77,12 +77,28 @@ struct Add {
 
 }  // namespace
 
-Camera::Camera(const Simulation&, const anatomy::ModelCache& cache) : cache_(cache) {}
+exercise::ImagingChain PatientImages::chain(const Simulation& simulation, const anatomy::ModelCache& cache) {
+    const std::lock_guard lock(mutex_);
+    if (!chain_)
+        chain_.emplace(exercise::make_imaging(simulation.scenario(), simulation.anatomy(),
+                                              simulation.contrast(), cache));
+    return *chain_;
+}
+
+render::Fluoroscope PatientImages::masking(const Simulation& simulation) {
+    const std::lock_guard lock(mutex_);
+    if (chain_) return chain_->fluoroscope;
+    if (!masking_)
+        masking_.emplace(
+            exercise::make_masking(simulation.scenario(), simulation.anatomy(), simulation.contrast()));
+    return *masking_;
+}
+
+Camera::Camera(std::shared_ptr<PatientImages> patient, const anatomy::ModelCache& cache)
+    : patient_(std::move(patient)), cache_(cache) {}
 
 exercise::ImagingChain& Camera::chain(const Simulation& simulation) {
-    if (!chain_)
-        chain_ = exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast(),
-                                        cache_);
+    if (!chain_) chain_.emplace(patient_->chain(simulation, cache_));
     return *chain_;
 }
 
@@ -137,8 +153,7 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
         std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(), masked_.devices.end(),
                    same))
         return *masks_;
-    if (!chain_ && !masking_)
-        masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy(), simulation.contrast());
+    if (!chain_ && !masking_) masking_.emplace(patient_->masking(simulation));
     render::Fluoroscope& fluoroscope = chain_ ? chain_->fluoroscope : *masking_;
     Masks made = masks_ ? std::move(*masks_) : Masks();
     masks_.reset();
@@ -190,6 +205,7 @@ Episode::Episode(const Episode& like)
     : exercise_(like.exercise_),
       reader_(like.reader_),
       cache_(like.cache_),
+      patient_(like.patient_),
       start_(like.start_),
       room_(like.room_) {
     reset();
@@ -324,7 +340,7 @@ render::ColourImage Episode::panel(render::Panel& drawn, Camera* with, std::opti
 }
 
 Camera& Episode::camera() {
-    if (!camera_) camera_ = std::make_unique<Camera>(simulation(), cache_);
+    if (!camera_) camera_ = std::make_unique<Camera>(patient_, cache_);
     return *camera_;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -34,11 +35,24 @@ enum class ImageMode {
 };
 inline constexpr std::array<std::string_view, 4> image_modes = {"live", "dsa", "screen", "cine"};
 
-/// Makes images of any exercise in one anatomy. To be used by one thread at a time.
+/// What cameras of one patient share, made when an image first needs it. May be used by many threads.
+class PatientImages {
+public:
+    /// Throws InputError as make_imaging does.
+    exercise::ImagingChain chain(const exercise::Simulation&, const anatomy::ModelCache&);
+    /// Without the patient. Throws InputError as make_masking does.
+    render::Fluoroscope masking(const exercise::Simulation&);
+
+private:
+    std::mutex mutex_;
+    std::optional<exercise::ImagingChain> chain_;
+    std::optional<render::Fluoroscope> masking_;
+};
+
+/// Makes images of any exercise of one patient. To be used by one thread at a time.
 class Camera {
 public:
-    /// For the patient and vessels of the scenario, which are made when an image first needs them.
-    Camera(const exercise::Simulation&, const anatomy::ModelCache&);
+    Camera(std::shared_ptr<PatientImages>, const anatomy::ModelCache&);
 
     /// An image of the simulation as it is, from that C-arm. It depends on the simulation's state and the
     /// seed of the noise alone. Throws InputError for the mode Screen, and as make_imaging does.
@@ -56,6 +70,7 @@ public:
 private:
     exercise::Pulse pulse(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&) const;
     exercise::ImagingChain& chain(const exercise::Simulation&);
+    std::shared_ptr<PatientImages> patient_;
     anatomy::ModelCache cache_;
     std::optional<exercise::ImagingChain> chain_;
     std::optional<render::Fluoroscope> masking_;
@@ -92,8 +107,8 @@ class Episode {
 public:
     /// Throws InputError as Exercise does.
     Episode(const scenario::Scenario&, exercise::Pictures, const anatomy::ModelCache& = {});
-    /// Another episode of the same vessels, at its start, without images. It shares anatomy, wall and start
-    /// with `like`.
+    /// Another episode of the same vessels, at its start, without images. It shares anatomy, wall, start and
+    /// patient with `like`.
     Episode(const Episode& like);
     Episode& operator=(const Episode&) = delete;
 
@@ -110,6 +125,7 @@ public:
     const exercise::Exercise& exercise() const { return exercise_; }
     const exercise::Simulation& simulation() const { return exercise_.simulation(); }
     const Reader& reader() const { return reader_; }
+    const std::shared_ptr<PatientImages>& patient() const { return patient_; }
     std::uint64_t hash() const;
 
     /// From now on the panel's readouts follow every frame. To be called before the first.
@@ -155,6 +171,7 @@ private:
     exercise::Exercise exercise_;
     Reader reader_;
     anatomy::ModelCache cache_;
+    std::shared_ptr<PatientImages> patient_ = std::make_shared<PatientImages>();
     std::shared_ptr<const Snapshot> start_;
     std::unique_ptr<Camera> camera_;
     std::optional<exercise::RoomReadout> room_;

@@ -4,60 +4,23 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <utility>
 
 #include "engine/anatomy/model_cache.h"
 #include "physics/geometry/hash.h"
+#include "physics/geometry/mapped_file.h"
 #include "physics/geometry/state.h"
 #include "render/patient/patient.h"
 #include "render/xray/path_length.h"
 
 namespace exercise {
 namespace {
-
-/// A file's bytes as they lie in the system's memory, without a copy. They stay those of the file that was
-/// opened, also where the path is given to another one or removed later. Files that are mapped must never be
-/// written in place.
-class MappedFile {
-public:
-    /// Nothing for what is no regular file, is empty, or cannot be read.
-    static std::optional<MappedFile> of(const std::filesystem::path& path) {
-        // A FIFO must not hold up whoever opens it.
-        const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-        if (descriptor < 0) return std::nullopt;
-        struct stat found {};
-        void* at = MAP_FAILED;
-        if (::fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) && found.st_size > 0)
-            at = ::mmap(nullptr, static_cast<std::size_t>(found.st_size), PROT_READ,
-                        MAP_PRIVATE | MAP_POPULATE, descriptor, 0);
-        ::close(descriptor);
-        if (at == MAP_FAILED) return std::nullopt;
-        return MappedFile({static_cast<const std::byte*>(at), static_cast<std::size_t>(found.st_size)});
-    }
-    ~MappedFile() {
-        if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-    }
-    MappedFile(MappedFile&& from) noexcept : bytes_(std::exchange(from.bytes_, {})) {}
-    MappedFile& operator=(MappedFile&&) = delete;
-    MappedFile(const MappedFile&) = delete;
-    MappedFile& operator=(const MappedFile&) = delete;
-
-    std::span<const std::byte> bytes() const { return bytes_; }
-
-private:
-    explicit MappedFile(std::span<const std::byte> bytes) : bytes_(bytes) {}
-    std::span<const std::byte> bytes_;
-};
 
 /// A guess for vessels whose place in the body is not given. The aortic bifurcation is taken to be where the
 /// widest branch that leads downward leaves a root branch, or well below the vessels when none does, as in a
@@ -197,7 +160,7 @@ std::uint64_t hash_of(std::span<const std::byte> bytes) {
 
 std::shared_ptr<const Body> kept(const anatomy::CachePlace& place, std::uint64_t key) {
     if (!place.exists()) return nullptr;
-    const std::optional<MappedFile> file = MappedFile::of(place.path());
+    const auto file = geometry::MappedFile::of(place.path());
     return file ? body_of(file->bytes(), key) : nullptr;
 }
 

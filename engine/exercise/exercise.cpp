@@ -29,6 +29,7 @@ Exercise::Exercise(const Exercise& like)
       scorer_(like.scorer_),
       pictures_(like.pictures_),
       cache_(like.cache_),
+      meter_(like.meter_),
       dose_(like.dose_),
       time_(like.time_) {
     if (pictures_ == Pictures::All)

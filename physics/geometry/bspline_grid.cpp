@@ -87,6 +87,18 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
     }
 }
 
+SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks, const std::byte* coefficients,
+                       std::shared_ptr<const void> held)
+    : SplineGrid(spacing, std::move(bricks)) {
+    if (held && reinterpret_cast<std::uintptr_t>(coefficients) % alignment == 0) {
+        std::vector<Nodes>().swap(nodes_);
+        elsewhere_ = reinterpret_cast<const Nodes*>(coefficients);
+        held_ = std::move(held);
+    } else if (!nodes_.empty()) {
+        std::memcpy(nodes_.data(), coefficients, nodes_.size() * sizeof(Nodes));
+    }
+}
+
 std::int32_t SplineGrid::find(const Brick& brick) const {
     const std::size_t mask = table_.size() - 1;
     for (std::size_t slot = hash(brick) & mask;; slot = (slot + 1) & mask) {
@@ -98,7 +110,8 @@ std::int32_t SplineGrid::find(const Brick& brick) const {
 }
 
 std::size_t SplineGrid::bytes() const {
-    return nodes_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) + table_.size() * sizeof(table_[0]);
+    return bricks_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) +
+           table_.size() * sizeof(table_[0]);
 }
 
 SplineGrid::Bricks SplineGrid::around(const Brick& brick) const {
@@ -126,7 +139,8 @@ std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node, cons
                 const std::int32_t b = around[9 * ((p >> 2) - brick[0] + 1) + 3 * ((q >> 2) - brick[1] + 1) +
                                               (r >> 2) - brick[2] + 1];
                 if (b < 0) return std::nullopt;
-                sum += weight(0, i) * weight(1, j) * weight(2, k) * nodes_[b].of[local(p & 3, q & 3, r & 3)];
+                sum += weight(0, i) * weight(1, j) * weight(2, k) *
+                       all_nodes()[b].of[local(p & 3, q & 3, r & 3)];
             }
     return static_cast<float>(sum);
 }
@@ -204,13 +218,14 @@ bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
         if (upper[n] < 0) return false;
 
     // Rows of eight nodes along z, of which the cell's four start at first[2].
+    const Nodes* const nodes = all_nodes();
     float rows[4][4][8];
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {
             const int p = first[0] + i, q = first[1] + j;
             const int pair = (p >> 2) * 4 + (q >> 2) * 2, offset = local(p & 3, q & 3, 0);
-            std::memcpy(rows[j][i], &nodes_[upper[pair]].of[offset], 16);
-            std::memcpy(rows[j][i] + 4, &nodes_[upper[pair + 1]].of[offset], 16);
+            std::memcpy(rows[j][i], &nodes[upper[pair]].of[offset], 16);
+            std::memcpy(rows[j][i] + 4, &nodes[upper[pair + 1]].of[offset], 16);
         }
 
     const Weights wx(within[0]), wy(within[1]), wz(within[2]);

@@ -2,7 +2,9 @@
 /// A cubic B-spline on a sparse grid: a twice continuously differentiable function known near a surface.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -31,12 +33,18 @@ public:
     /// Bricks in any order, each once. Throws std::invalid_argument for a spacing that is not positive or
     /// bricks more than 2²⁰ from the origin.
     SplineGrid(double spacing, std::vector<Brick> bricks);
+    /// A fitted grid whose coefficients lie elsewhere, those of each brick behind the one before. They are
+    /// read there as long as `held` lives, where they begin at an address that `alignment` divides; else, and
+    /// where `held` is null, they are copied.
+    SplineGrid(double spacing, std::vector<Brick> bricks, const std::byte* coefficients,
+               std::shared_ptr<const void> held);
+    static constexpr std::size_t alignment = 64;  // [bytes]
 
     std::size_t bricks() const { return bricks_.size(); }
     const Brick& brick(std::size_t b) const { return bricks_[b].at; }
     double spacing() const { return spacing_; }
-    std::span<float> nodes(std::size_t b) { return nodes_[b].of; }
-    std::span<const float> nodes(std::size_t b) const { return nodes_[b].of; }
+    std::span<float> nodes(std::size_t b) { return nodes_[b].of; }  // of a grid that has its own
+    std::span<const float> nodes(std::size_t b) const { return all_nodes()[b].of; }
     Vec3 place(std::size_t b, int i, int j, int k) const {
         return spacing_ *
                Vec3(brick_side * brick(b)[0] + i, brick_side * brick(b)[1] + j, brick_side * brick(b)[2] + k);
@@ -59,7 +67,7 @@ private:
         Brick at;
         std::array<std::int32_t, 8> upper;  // this brick and those on its upper sides, -1 = none
     };
-    struct alignas(64) Nodes {  // four usual cache lines; a cell reads one for each x
+    struct alignas(alignment) Nodes {  // four usual cache lines; a cell reads one for each x
         std::array<float, node_count> of{};
     };
     std::int32_t find(const Brick&) const;
@@ -72,7 +80,10 @@ private:
 
     double spacing_;
     std::vector<Place> bricks_;
-    std::vector<Nodes> nodes_;         // values, then coefficients
+    const Nodes* all_nodes() const { return elsewhere_ ? elsewhere_ : nodes_.data(); }
+    std::vector<Nodes> nodes_;          // values, then coefficients
+    const Nodes* elsewhere_ = nullptr;  // in place of those
+    std::shared_ptr<const void> held_;
     std::vector<std::int32_t> table_;  // open-addressed hash table of bricks, -1 = free
 };
 

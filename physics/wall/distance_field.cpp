@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <istream>
 #include <limits>
 #include <numbers>
 #include <ostream>
@@ -26,7 +25,7 @@ constexpr double least_slope = 0.9;
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t file_version = 6;
+constexpr std::uint32_t file_version = 7;
 constexpr char file_magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// FNV-1a over 8-byte words, the last filled with zeros.
@@ -267,6 +266,19 @@ std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
     return hash;
 }
 
+namespace {
+
+/// Of the file, before the body.
+constexpr std::size_t head_bytes = sizeof file_magic + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
+
+/// Bytes in front of a grid's coefficients, so that they begin at an even address of the file.
+std::size_t padding(std::size_t at) {
+    constexpr std::size_t even = SplineGrid::alignment;
+    return (even - (head_bytes + at) % even) % even;
+}
+
+}  // namespace
+
 void DistanceField::save(std::ostream& out) const {
     std::string body;
     auto write = [&](const auto* values, std::size_t count) {
@@ -282,6 +294,7 @@ void DistanceField::save(std::ostream& out) const {
             const std::uint64_t bricks = grid.bricks();
             write(&bricks, 1);
             for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
+            body.append(padding(body.size()), '\0');
             for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::node_count);
         }
     const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
@@ -291,36 +304,32 @@ void DistanceField::save(std::ostream& out) const {
     out.write(body.data(), static_cast<std::streamsize>(body.size()));
 }
 
-DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
-                                  std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends,
-                                  WallStiffness stiffness, double wire_radius) {
-    char magic[sizeof file_magic];
+DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_ptr<const void> held,
+                                  std::uint64_t fingerprint, std::span<const CentrelineBranch> branches,
+                                  std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius) {
     std::uint32_t version = 0;
     std::uint64_t head[2] = {};
-    in.read(magic, sizeof magic);
-    in.read(reinterpret_cast<char*>(&version), sizeof version);
-    in.read(reinterpret_cast<char*>(head), sizeof head);
-    if (!in || std::memcmp(magic, file_magic, sizeof magic) != 0)
+    if (bytes.size() < head_bytes || std::memcmp(bytes.data(), file_magic, sizeof file_magic) != 0)
         throw std::runtime_error("this is not a saved distance field");
+    std::memcpy(&version, bytes.data() + sizeof file_magic, sizeof version);
+    std::memcpy(head, bytes.data() + sizeof file_magic + sizeof version, sizeof head);
     if (version != file_version) throw std::runtime_error("the distance field was saved by another version");
-    if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
+    const std::span<const std::byte> body = bytes.subspan(head_bytes);
+    if (body.size() < head[0]) throw std::runtime_error("the saved distance field is cut short");
     const auto size = static_cast<std::size_t>(head[0]);
-    const std::streamoff start = in.tellg();  // a wrong size must not claim memory
-    const std::streamoff end = in.seekg(0, std::ios::end).tellg();
-    if (start < 0 || end < start || static_cast<std::uint64_t>(end - start) < head[0])
-        throw std::runtime_error("the saved distance field is cut short");
-    in.seekg(start);
-    const auto body = std::make_unique_for_overwrite<char[]>(size);
-    if (!in.read(body.get(), static_cast<std::streamsize>(size)))
-        throw std::runtime_error("the saved distance field is cut short");
-    if (mixed(body.get(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
+    if (mixed(body.data(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
 
     std::size_t at = 0;
+    const auto skip = [&](std::size_t count) {
+        if (count > size - at) throw std::runtime_error("the saved distance field is damaged");
+        at += count;
+    };
     auto read = [&](auto* values, std::size_t count) {
+        const std::byte* const from = body.data() + at;
         if (count > (size - at) / sizeof *values)
             throw std::runtime_error("the saved distance field is damaged");
-        if (count > 0) std::memcpy(values, body.get() + at, count * sizeof *values);
-        at += count * sizeof *values;
+        skip(count * sizeof *values);
+        if (count > 0) std::memcpy(values, from, count * sizeof *values);
     };
     std::uint64_t print = 0, count = 0;
     double band[4];
@@ -338,9 +347,10 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         if (bricks > size) throw std::runtime_error("the saved distance field is damaged");
         std::vector<SplineGrid::Brick> list(bricks);
         read(list.data(), list.size());
-        SplineGrid grid(spacing, std::move(list));
-        for (std::size_t b = 0; b < bricks; ++b) read(grid.nodes(b).data(), SplineGrid::node_count);
-        return grid;
+        skip(padding(at));
+        const std::byte* const coefficients = body.data() + at;
+        skip(list.size() * SplineGrid::node_count * sizeof(float));
+        return SplineGrid(spacing, std::move(list), coefficients, held);
     };
     std::vector<SheetField> fields;
     for (std::uint64_t g = 0; g < count; ++g) {

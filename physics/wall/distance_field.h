@@ -1,6 +1,7 @@
 #pragma once
 /// The wall of a triangulated lumen as a smooth signed distance: the wall of the global relaxer.
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -73,9 +74,11 @@ public:
 
     /// Writes the field's bits, their checksum and the fingerprint of what it was made from.
     void save(std::ostream&) const;
-    /// Reads a saved field for the same branches and ends. Throws std::runtime_error unless the stream holds
+    /// Reads a saved field for the same branches and ends. Its grids stay where they are in `bytes` as long
+    /// as `held` lives; where that is null, they are copied. Throws std::runtime_error unless the bytes are
     /// the field with this fingerprint, whole and undamaged.
-    static DistanceField load(std::istream&, std::uint64_t fingerprint, std::span<const CentrelineBranch>,
+    static DistanceField load(std::span<const std::byte> bytes, std::shared_ptr<const void> held,
+                              std::uint64_t fingerprint, std::span<const CentrelineBranch>,
                               std::vector<OpenEnd>, WallStiffness stiffness, double wire_radius = 0.0);
 
 private:

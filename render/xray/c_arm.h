@@ -38,9 +38,9 @@ struct CArm {
     /// Opening of the collimator at the detector [mm]; it opens no wider than the field.
     double opening_width = widest_opening;
     double opening_height = widest_opening;
-    BeamFilter wedge;         // with a straight edge
-    BeamFilter lung_shutter;  // with the edge of a circle, which leaves the heart open
-    int pixels = 512;         // along either side
+    BeamFilter wedge = {};         // with a straight edge
+    BeamFilter lung_shutter = {};  // with the edge of a circle, which leaves the heart open
+    int pixels = 512;              // along either side
 
     void state(geometry::StateStream&);
 };

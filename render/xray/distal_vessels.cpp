@@ -122,8 +122,7 @@ DistalVessels::DistalVessels(std::vector<VesselPiece> pieces, std::uint32_t node
     }
     for (std::size_t n = 0; n < middle_.size(); ++n)
         if (lengths[n] > 0) middle_[n] /= lengths[n];
-    std::stable_sort(pieces_.begin(), pieces_.end(),
-                     [](const VesselPiece& a, const VesselPiece& b) { return a.node < b.node; });
+    pieces_ = sorted_by(pieces_, nodes, [](const VesselPiece& piece) { return piece.node; });
 }
 
 DistalMatrix DistalVessels::at(const CArm& arm) const {

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <list>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -31,6 +34,7 @@ struct MovedVessels {
     PathLengthRenderer& renderer;
     const std::optional<LumenContrast>& lumen;
     const std::vector<Eigen::Vector3f>& moves;  // of the lumen's nodes; empty = none
+    std::unique_lock<std::mutex> stay;          // while it lives nobody moves them
 };
 
 /// Keeps scratch memory and the vessels of the last view; the results depend on the arguments alone. `layers`
@@ -131,25 +135,13 @@ bool same_plane(CArm a, const CArm& b) {
     return a == b;
 }
 
-/// Lengths through volumes, which cost most of a pose.
-class VolumeImages {
-public:
-    void add_to(PoseImages& pose, std::span<const VolumeRayCaster> volumes) {
-        if (!arm_ || !(*arm_ == pose.arm)) {
-            lengths_.clear();
-            for (const VolumeRayCaster& volume : volumes) lengths_.push_back(volume.lengths(pose.arm));
-            arm_ = pose.arm;
-        }
-        for (std::size_t v = 0; v < volumes.size(); ++v)
-            for (std::size_t p = 0; p < lengths_[v].size(); ++p)
-                add_length(pose.mixtures, volumes[v].parts()[p].material, volumes[v].parts()[p].inside,
-                           lengths_[v][p]);
+void add_volumes(PoseImages& pose, std::span<const VolumeRayCaster> volumes) {
+    for (const VolumeRayCaster& volume : volumes) {
+        const std::vector<Field> lengths = volume.lengths(pose.arm);
+        for (std::size_t p = 0; p < lengths.size(); ++p)
+            add_length(pose.mixtures, volume.parts()[p].material, volume.parts()[p].inside, lengths[p]);
     }
-
-private:
-    std::optional<CArm> arm_;                  // of the lengths
-    std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
-};
+}
 
 /// What lies around vessels and devices while the stand moves, at one moment of breath and heartbeat.
 struct CoarsePose {
@@ -193,17 +185,57 @@ std::vector<std::string> problems(const Exposure& exposure) {
     return found;
 }
 
-struct Fluoroscope::State {
-    FluoroscopeConfig config;
-    ExposureMeter meter;
+/// What copies share.
+struct Fluoroscope::Patient {
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
-    std::vector<VertexMove> lumen_moves;  // that the pose's vessels were made with
-    std::vector<Eigen::Vector3f> moves;   // of the vessels' nodes, as the renderer has them; empty = none
     std::optional<DistalVessels> distal;
     std::vector<VolumeRayCaster> volumes;
-    VolumeImages volume_images;
+    /// Poses that some copy has drawn, the last one first, and no more than some bytes of them.
+    std::optional<PoseImages> drawn(const CArm&);
+    void keep(const PoseImages&);
+    std::mutex posing;
+    std::list<PoseImages> poses;
+    std::mutex moving;
+    std::vector<Eigen::Vector3f> moves;  // of the vessels' nodes, as the renderer has them; empty = none
+};
+
+std::optional<PoseImages> Fluoroscope::Patient::drawn(const CArm& arm) {
+    const std::lock_guard lock(posing);
+    const auto known =
+        std::ranges::find_if(poses, [&](const PoseImages& pose) { return same_pose(pose.arm, arm); });
+    if (known == poses.end()) return {};
+    poses.splice(poses.begin(), poses, known);
+    PoseImages copy = poses.front();
+    copy.arm = arm;
+    return copy;
+}
+
+void Fluoroscope::Patient::keep(const PoseImages& pose) {
+    constexpr std::size_t most = 64'000'000;  // bytes
+    const auto bytes = [](const PoseImages& of) {
+        return of.mixtures.size() * 2 * sizeof(float) * static_cast<std::size_t>(of.arm.pixels) *
+               static_cast<std::size_t>(of.arm.pixels);
+    };
+    const std::lock_guard lock(posing);
+    poses.push_front(pose);
+    std::size_t all = 0;
+    const auto last =
+        std::ranges::find_if(poses, [&](const PoseImages& of) { return (all += bytes(of)) > most; });
+    poses.erase(last, poses.end());
+}
+
+struct Fluoroscope::State {
+    FluoroscopeConfig config;
+    ExposureMeter meter;
+    std::shared_ptr<Patient> patient;
+    std::vector<TissueLayer>& layers = patient->layers;
+    PathLengthRenderer& renderer = patient->renderer;
+    std::optional<LumenContrast>& vessels = patient->vessels;
+    std::optional<DistalVessels>& distal = patient->distal;
+    std::vector<VolumeRayCaster>& volumes = patient->volumes;
+    std::vector<VertexMove> lumen_moves;  // that the pose's vessels were made with
     WireImage wire;
     std::optional<PlaneImages> plane, coarse_plane;
     std::optional<PoseImages> pose;
@@ -211,7 +243,7 @@ struct Fluoroscope::State {
     // Of the pose, by requested voltage, 0 = automatic, and focal spot; by those and dose.
     std::map<std::pair<double, double>, BeamImages> beams;
     std::map<std::tuple<double, double, double>, BareImage> bare;
-    std::optional<OrganPhases> phases;  // of the pose; made with the layers
+    OrganPhases phases;  // of the pose
     ImageTruth truth;
     Field iodine;                              // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
@@ -220,7 +252,15 @@ struct Fluoroscope::State {
           std::vector<VolumeRayCaster> through, std::shared_ptr<const MeteredLayers> known)
         : config(chosen),
           meter(chosen, around.subspan(known ? known->count() : 0), through, known),
-          volumes(std::move(through)) {}
+          patient(std::make_shared<Patient>()),
+          phases(around) {
+        volumes = std::move(through);
+    }
+    State(const State& like)
+        : config(like.config), meter(like.meter), patient(like.patient), phases(like.phases) {
+        phases.clear();
+    }
+    State& operator=(const State&) = delete;
 
     void move_to(const CArm&, const Exposure&);
     MovedVessels move_vessels(std::span<const Eigen::Vector3f> of_nodes);
@@ -239,15 +279,17 @@ struct Fluoroscope::State {
 
 /// Moves the layers that take contrast with the nodes. Without nodes they stay.
 MovedVessels Fluoroscope::State::move_vessels(std::span<const Eigen::Vector3f> of_nodes) {
+    std::vector<Eigen::Vector3f>& moves = patient->moves;
+    std::unique_lock stay(patient->moving);
     if (!vessels || std::equal(of_nodes.begin(), of_nodes.end(), moves.begin(), moves.end()))
-        return {renderer, vessels, moves};
+        return {renderer, vessels, moves, std::move(stay)};
     moves.assign(of_nodes.begin(), of_nodes.end());
     const std::vector<Eigen::Vector3f> still(vessels->nodes().size(), Eigen::Vector3f::Zero());
     geometry::TriangleMesh lumen = vessels->mesh();
     lumen.vertices = vessels->moved_vertices(moves.empty() ? still : moves);
     for (std::size_t layer = 0; layer < layers.size(); ++layer)
         if (layers[layer].takes_contrast) renderer.move(static_cast<int>(layer), lumen);
-    return {renderer, vessels, moves};
+    return {renderer, vessels, moves, std::move(stay)};
 }
 
 void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
@@ -257,7 +299,7 @@ void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
     if (!same_beam) {
         beams.clear();
         bare.clear();
-        phases->beam_changes();
+        phases.beam_changes();
         if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     }
     // Collimator and filters leave the lengths as they are.
@@ -272,14 +314,19 @@ void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
         }
         return;
     }
-    move_vessels({});
     beams.clear();
     bare.clear();
-    phases->clear();
+    phases.clear();
     coarse.reset();
     if (factor == 1) {
-        pose = pose_images(renderer, layers, vessels.has_value(), arm);
-        volume_images.add_to(*pose, volumes);
+        pose = patient->drawn(arm);
+        if (pose) return;
+        {
+            const MovedVessels at_rest = move_vessels({});
+            pose = pose_images(renderer, layers, vessels.has_value(), arm);
+        }
+        add_volumes(*pose, volumes);
+        if (patient.use_count() > 1) patient->keep(*pose);
         return;
     }
     if (!pose || !(pose->arm == arm)) {
@@ -483,7 +530,7 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     : state_(std::make_unique<State>(config, layers, ray_casters_of(std::move(volumes)), std::move(known))) {
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
-    state_->phases.emplace(layers);
+
     for (TissueLayer& layer : layers) {
         if (!layer.closed) require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
@@ -493,6 +540,7 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     state_->layers = std::move(layers);
 }
 
+Fluoroscope::Fluoroscope(const Fluoroscope& like) : state_(std::make_unique<State>(*like.state_)) {}
 Fluoroscope::~Fluoroscope() = default;
 Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;
 Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
@@ -528,7 +576,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     const BeamImages& beam = state.beam(exposure);
     Field expected = bare.expected;
     const OrganMoment organs =
-        state.coarse ? OrganMoment() : state.phases->moment(exposure, beam, state.posed());
+        state.coarse ? OrganMoment() : state.phases.moment(exposure, beam, state.posed());
     if (!organs.at_rest()) move_organs_in(expected, organs, beam, bare.scale);
     const std::vector<PixelBins>& primary = organs.at_rest() ? beam.primary : organs.still();
 
@@ -615,7 +663,7 @@ GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const
 bool Fluoroscope::draw_ahead(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     return state_->pose && state_->pose->arm == arm && !state_->coarse &&
-           state_->phases->draw_ahead(exposure, state_->beam(exposure), state_->posed());
+           state_->phases.draw_ahead(exposure, state_->beam(exposure), state_->posed());
 }
 
 Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposure& exposure) {
@@ -682,7 +730,7 @@ DeepImage Fluoroscope::vessel_labels(const CArm& arm, const Vec3& shift,
 std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
     const PathLengthRenderer::Phase phase{exposure.breath, exposure.beat, exposure.drift};
-    state_->move_vessels(exposure.vessel_moves);
+    const MovedVessels vessels = state_->move_vessels(exposure.vessel_moves);
     std::vector<LayerLength> lengths;
     for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
         const TissueLayer& tissue = state_->layers[layer];

@@ -122,7 +122,7 @@ class MeteredLayers;
 
 /// Keeps the GL context, the meshes, and the images that depend on the pose of the C-arm alone. A frame
 /// depends on the arguments of `expose` and never on the frames before it. To be used by one thread at a
-/// time.
+/// time; copies, which share context and meshes, may be used by others.
 class Fluoroscope {
 public:
     /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
@@ -134,6 +134,8 @@ public:
                 std::optional<DistalVessels> distal = {}, std::vector<DensityVolume> volumes = {},
                 std::shared_ptr<const MeteredLayers> known = {});
     ~Fluoroscope();
+    /// Of the same patient, with images of its own.
+    Fluoroscope(const Fluoroscope&);
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;
 
@@ -195,6 +197,7 @@ public:
     std::vector<LayerLength> layer_lengths(const CArm&, const Exposure&);
 
 private:
+    struct Patient;
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -331,6 +331,7 @@ bool OrganMoment::dissolve_in(int layer, float concentration, Field& iodine,
 OrganPhases::OrganPhases(std::span<const TissueLayer> layers) {
     // What the bowel carries goes its own ways, so that it has a flow of its own.
     std::array<Group, 2> groups;
+    std::array<OrganFlow::Samples, 2> samples;
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
         const TissueLayer& tissue = layers[layer];
         if (tissue.material == tissue.inside && !tissue.perfused) continue;
@@ -343,10 +344,13 @@ OrganPhases::OrganPhases(std::span<const TissueLayer> layers) {
                                  [&](const Kind& known) { return known.moved == moved; });
         if (kind == group.kinds.end()) kind = group.kinds.insert(kind, Kind{moved, {}});
         kind->layers.push_back(static_cast<int>(layer));
-        group.samples.add(tissue);
+        samples[moved[Drift]].add(tissue);
     }
-    for (Group& group : groups)
-        if (!group.kinds.empty()) groups_.push_back(std::move(group));
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+        if (groups[k].kinds.empty()) continue;
+        groups[k].samples = std::make_shared<const OrganFlow::Samples>(std::move(samples[k]));
+        groups_.push_back(std::move(groups[k]));
+    }
 }
 
 void OrganPhases::beam_changes() {
@@ -378,7 +382,7 @@ OrganPhases::Place OrganPhases::nearest(const Group& group, const MoverFractions
 void OrganPhases::prepare(Group& group, const PosedLayers& from) {
     if (group.flow) return;
     const CArm& arm = from.pose.arm;
-    group.flow.emplace(group.samples, arm);
+    group.flow.emplace(*group.samples, arm);
     MoverFractions half{};
     for (int m = 0; m < movers; ++m) half[m] = 0.5 / steps[m];
     // What comes into the image from beyond its edges is drawn, too.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -147,7 +148,7 @@ private:
     struct Group {
         std::array<bool, movers> moved = {};  // by any of its kinds
         std::vector<Kind> kinds = {};
-        OrganFlow::Samples samples = {};
+        std::shared_ptr<const OrganFlow::Samples> samples = {};
         // Of the pose.
         std::optional<OrganFlow> flow = {};
         CArm arm = {};   // wider than that of the pose by `margin` pixels on each side

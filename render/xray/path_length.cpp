@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
+#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -113,6 +114,7 @@ struct PathLengthRenderer::Gl : GlContext {
         float longest_edge = 0.0f;                     // [mm]
     };
 
+    std::mutex mutex;  // of one call at a time
     std::vector<Mesh> meshes;
     GLuint program = 0, framebuffer = 0, texture = 0;
     int size = 0;                 // of the target, pixels along a side
@@ -183,6 +185,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
                                         std::to_string(moves.size()) + " displacements");
     }
     Gl& gl = *gl_;
+    const std::lock_guard lock(gl.mutex);
     const auto use = gl.context.use();
     std::vector<float> positions;
     positions.reserve(mesh.vertices.size() * 3);
@@ -249,6 +252,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
 
 void PathLengthRenderer::move(int mesh, const TriangleMesh& moved) {
     Gl& gl = *gl_;
+    const std::lock_guard lock(gl.mutex);
     const auto use = gl.context.use();
     Gl::Mesh& known = gl.meshes.at(static_cast<std::size_t>(mesh));
     if (moved.vertices.size() != known.vertex_count || known.moves[0] || known.moves[1] || known.moves[2])
@@ -310,6 +314,7 @@ PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm,
 int PathLengthRenderer::accumulate(std::span<const int> meshes, const CArm& arm, Field& sum, Phase phase,
                                    Field* before) {
     Gl& gl = *gl_;
+    const std::lock_guard lock(gl.mutex);
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
     Window window{pixels, pixels, 0, 0};

@@ -33,7 +33,8 @@ private:
 
 /// Path lengths in a set of meshes, by adding signed depths of their faces (the L-buffer method: a face where
 /// the ray leaves counts +depth, one where it enters −depth) in a 32-bit float target. The meshes live in the
-/// GL context for the lifetime of the object.
+/// GL context for the lifetime of the object. Threads may call at the same time; they draw one after the
+/// other.
 class PathLengthRenderer {
 public:
     PathLengthRenderer();  // throws std::runtime_error when GL fails

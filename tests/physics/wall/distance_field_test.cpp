@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -9,11 +10,14 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/io/files.h"
+#include "physics/geometry/mapped_file.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
 #include "physics/wall/past_end.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -526,15 +530,27 @@ TEST(DistanceField, HasTheSameBitsForAnyNumberOfThreads) {
 
 TEST(DistanceField, ComesBackFromAStreamWithEqualBits) {
     const std::string text = saved(bend_field());
-    std::istringstream in(text);
     const auto print =
         DistanceField::fingerprint(bend().lumen, bend().branches, bend().openings(), {.threads = 9});
-    const DistanceField back =
-        DistanceField::load(in, print, bend().branches, bend().openings(), fixed_stiffness, 0.0);
-    EXPECT_EQ(saved(back), text);
-    for (double around = 0; around < 6; around += 0.1) {
-        const Vec3 x = on_bend(1 + 0.2 * around, around, 1.0 + 0.3 * around);
-        EXPECT_TRUE(same_bits(ask(back, x), ask(bend_field(), x)));
+    const test::TemporaryFolder folder;
+    io::write_whole(folder / "field.bin", text);
+    const auto load = [&](std::span<const std::byte> bytes, std::shared_ptr<const void> held) {
+        return DistanceField::load(bytes, std::move(held), print, bend().branches, bend().openings(),
+                                   fixed_stiffness, 0.0);
+    };
+    auto file = geometry::MappedFile::of(folder / "field.bin");
+    ASSERT_TRUE(file);
+    const DistanceField copied = load(std::as_bytes(std::span(text)), nullptr),
+                        mapped = load(file->bytes(), file);
+    // What is mapped stays when the file goes.
+    file.reset();
+    std::filesystem::remove(folder / "field.bin");
+    for (const DistanceField* back : {&copied, &mapped}) {
+        EXPECT_EQ(saved(*back), text);
+        for (double around = 0; around < 6; around += 0.1) {
+            const Vec3 x = on_bend(1 + 0.2 * around, around, 1.0 + 0.3 * around);
+            EXPECT_TRUE(same_bits(ask(*back, x), ask(bend_field(), x)));
+        }
     }
 }
 
@@ -543,8 +559,8 @@ TEST(DistanceField, RefusesAStreamThatIsDamagedCutShortOrOfAnotherLumen) {
     const auto print = DistanceField::fingerprint(anatomy.lumen, anatomy.branches, anatomy.openings());
     const std::string text = saved(field_of(anatomy));
     auto load = [&](const std::string& from, std::uint64_t fingerprint) {
-        std::istringstream in(from);
-        DistanceField::load(in, fingerprint, anatomy.branches, anatomy.openings(), 20);
+        DistanceField::load(std::as_bytes(std::span(from)), nullptr, fingerprint, anatomy.branches,
+                            anatomy.openings(), 20);
     };
     EXPECT_NO_THROW(load(text, print));
     EXPECT_THROW(load(text, print + 1), std::runtime_error);

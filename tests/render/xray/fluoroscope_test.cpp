@@ -1,12 +1,15 @@
 #include "render/xray/fluoroscope.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <thread>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
@@ -408,6 +411,34 @@ TEST(Fluoroscope, AFilterDimsWhatItCoversAndSparesThePatient) {
     EXPECT_EQ(scope.expected_quanta(arm, Polyline{}, exposure).values, open.values);
     again.wedge.edge = std::nan("");
     EXPECT_THROW(scope.expected_quanta(again, Polyline{}, exposure), std::invalid_argument);
+}
+
+TEST(Fluoroscope, CopiesShareThePatientAndNothingElse) {
+    Fluoroscope first({}, phantom());
+    constexpr int poses = 6;
+    const auto arm_of = [](int k) {
+        CArm arm = small_arm();
+        arm.lao = 0.2 * (k % 3);
+        arm.pixels = k < 3 ? 64 : 96;
+        arm.opening_width = k % 2 ? 90 : 1000;
+        return arm;
+    };
+    std::vector<render::GrayImage> expected;
+    for (int k = 0; k < poses; ++k)
+        expected.push_back(Fluoroscope({}, phantom()).expose(arm_of(k), across(), {7, 3, 30.0, {}, 40.0}));
+    std::atomic<int> different = 0;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&, t, own = Fluoroscope(first)]() mutable {
+            geometry::Random random(static_cast<std::uint64_t>(40 + t));
+            for (int round = 0; round < 40; ++round) {
+                const int k = static_cast<int>(random() * poses);
+                different += own.expose(arm_of(k), across(), {7, 3, 30.0, {}, 40.0}) != expected[k];
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(different, 0);
+    EXPECT_EQ(first.expose(arm_of(1), across(), {7, 3, 30.0, {}, 40.0}), expected[1]);
 }
 
 TEST(Fluoroscope, WhatMovesWithinThePulseIsBlurredByItsWay) {

@@ -1,0 +1,92 @@
+#include "engine/episode/store.h"
+
+#include <chrono>
+#include <gtest/gtest.h>
+#include <random>
+#include <thread>
+
+#include "engine/io/files.h"
+#include "tests/engine/fixtures.h"
+
+namespace episode {
+namespace {
+
+using script::Advance;
+using script::Rotate;
+
+struct Store : test::InFolder {
+    Source source_of(const std::string& toml) {
+        const auto file = folder / "small.toml";
+        io::write_whole(file, toml);
+        return {file.string(), {}, test::asset("devices").string(), {}};
+    }
+};
+
+/// What an episode does and shows on a random course.
+std::vector<std::uint64_t> played(Episode& episode, unsigned seed, int frames) {
+    std::mt19937 random(seed);
+    std::vector<std::uint64_t> seen = {episode.hash()};
+    for (int frame = 0; frame < frames; ++frame) {
+        const double push = static_cast<double>(random() % 300) / 100 - 1, turn = 0.01 * (random() % 60);
+        std::vector<script::Command> commands = {Rotate{turn}};
+        if (push > 0)
+            commands.emplace_back(Advance{push});
+        else if (push < 0)
+            commands.emplace_back(script::Withdraw{-push});
+        episode.step(commands);
+        seen.push_back(episode.hash());
+        if (frame % 5 == 0)
+            for (const std::uint8_t pixel : episode.image(64, ImageMode::Live).pixels)
+                seen.back() = 31 * seen.back() + pixel;
+    }
+    return seen;
+}
+
+TEST_F(Store, AnEpisodeOfAKnownSourceIsAsOneMadeAlone) {
+    const Source source = source_of(test::small_toml);
+    Episode alone(scenario_of(source), exercise::Pictures::None, test::cache());
+    const std::vector<std::uint64_t> expected = played(alone, 5, 60);
+    for (int k = 0; k < 4; ++k) {
+        const auto shared = open(source, test::cache());
+        EXPECT_EQ(played(*shared, 5, 60), expected) << k;
+        EXPECT_EQ(&shared->simulation().anatomy(), &open(source, test::cache())->simulation().anatomy());
+    }
+    Source other = source;
+    other.overrides = {{"guidewire.device", "\"rosen035\""}};
+    EXPECT_NE(open(other, test::cache())->hash(), expected.front());
+    EXPECT_EQ(open(source, test::cache())->hash(), expected.front());
+}
+
+TEST_F(Store, AFileThatHasChangedIsReadAgain) {
+    const Source source = source_of(test::small_toml);
+    const auto before = open(source, test::cache());
+    source_of(test::small_toml_with("inserted_mm = 20.0", "inserted_mm = 25.00"));
+    const auto after = open(source, test::cache());
+    EXPECT_EQ(before->reading().inserted.of[0], 20);
+    EXPECT_EQ(after->reading().inserted.of[0], 25);
+    source_of("schema = 1\nnonsense = 2\n");
+    EXPECT_THROW(open(source, test::cache()), io::InputError);
+}
+
+TEST_F(Store, ThreadsOpenAndPlayTogether) {
+    const Source source = source_of(test::small_toml);
+    Episode alone(scenario_of(source), exercise::Pictures::None, test::cache());
+    std::vector<std::vector<std::uint64_t>> expected;
+    for (unsigned seed = 0; seed < 3; ++seed) {
+        alone.reset();
+        expected.push_back(played(alone, seed, 12));
+    }
+    std::vector<std::thread> threads;
+    std::array<int, 6> same{};
+    for (unsigned t = 0; t < same.size(); ++t)
+        threads.emplace_back([&, t] {
+            for (unsigned round = 0; round < 4; ++round)
+                same[t] +=
+                    played(*open(source, test::cache()), (t + round) % 3, 12) == expected[(t + round) % 3];
+        });
+    for (std::thread& thread : threads) thread.join();
+    for (const int count : same) EXPECT_EQ(count, 4);
+}
+
+}  // namespace
+}  // namespace episode
