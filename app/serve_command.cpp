@@ -23,9 +23,11 @@ struct ServeArguments {
     std::string cache;
     std::vector<std::string> set;
     int keep = 10'000;
+    bool schema = false;
 };
 
 constexpr std::size_t longest_line = 1'000'000;  // [bytes]
+constexpr int most_frames = 100'000;             // of one step
 
 /// A line of the input without its end. A longer one than the longest is not kept: its rest is left in the
 /// stream, and `too_long` says so.
@@ -56,11 +58,11 @@ public:
     std::string answer(const std::string& line) {
         const auto word = line.substr(0, line.find(' '));
         const std::string rest = word.size() < line.size() ? line.substr(word.size() + 1) : std::string();
-        const bool alone = word == "step" || word == "state" || word == "restart" || word == "keep" ||
-                           word == "score" || word == "quit";
+        const bool alone =
+            word == "state" || word == "restart" || word == "keep" || word == "score" || word == "quit";
         if (alone && !rest.empty())
             throw io::InputError("'{}': expected '{}' alone, found '{}' after it", line, word, rest);
-        if (word == "step") episode_.step({});
+        if (word == "step") step(line, rest);
         if (word == "restart") episode_.reset();
         if (word == "back") episode_.restore(kept_[number_of(line, rest)]);
         if (word == "step" || word == "state" || word == "restart" || word == "back")
@@ -78,6 +80,14 @@ public:
     }
 
 private:
+    /// That many frames; the commands since the last one belong to the first.
+    void step(const std::string& line, const std::string& rest) {
+        const std::optional<int> frames = rest.empty() ? 1 : io::parse_integer(rest);
+        if (!frames || *frames < 1 || *frames > most_frames)
+            throw io::InputError("'{}': expected 'step', or 'step' with a number of frames from 1 to {}",
+                                 line, most_frames);
+        for (int k = 0; k < *frames && !stop_requested(); ++k) episode_.step({});
+    }
     std::size_t number_of(const std::string& line, const std::string& rest) const {
         const std::optional<int> number = io::parse_integer(rest);
         if (!number || *number < 0 || *number >= static_cast<int>(kept_.size()))
@@ -111,6 +121,10 @@ private:
 };
 
 int serve(const ServeArguments& arguments) {
+    if (arguments.schema) {
+        write_out(episode::schema_of_lines() + "\n");
+        return done;
+    }
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     std::unique_ptr<episode::Episode> episode;
@@ -164,7 +178,8 @@ Command add_serve(CLI::App& parser) {
         "An exercise for a program in any language: commands on standard input, states as JSON lines\n\n"
         "Examples:\n"
         "  seldinger serve renal\n"
-        "  printf 'advance 5 mm\\nstep\\n' | seldinger serve straight");
+        "  printf 'advance 5 mm\\nstep 10\\n' | seldinger serve straight\n"
+        "  seldinger serve straight --schema");
     add_scenario(command, arguments->scenario);
     add_patient(command, arguments->scenario);
     add_overrides(command, arguments->set);
@@ -172,11 +187,13 @@ Command add_serve(CLI::App& parser) {
     command->add_option("--keep", arguments->keep, "The most states that 'keep' keeps, each of 30 to 100 kB")
         ->check(whole_number(1, 1'000'000))
         ->capture_default_str();
+    command->add_flag("--schema", arguments->schema, "Prints the JSON Schema of the answers, and ends");
     command->footer(
         "Lines:\n"
         "  advance 2 mm, rotate 30 deg, ...   a command of scripts; it waits for the step and is not "
         "answered\n"
-        "  step                               makes a frame with the commands since the last one\n"
+        "  step, step NUMBER                  makes a frame with the commands since the last one, or more "
+        "frames\n"
         "  state, restart                     the state as it is; the start again, bit for bit\n"
         "  keep, back NUMBER                  keeps the state and says its number; goes back to it\n"
         "  image PIXELS FILE.png, save FILE.gw, score, quit\n"

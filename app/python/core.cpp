@@ -1,6 +1,7 @@
 /// The Python module seldinger._core: simulations one at a time and many at once, as NumPy arrays.
 
 #include <filesystem>
+#include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -55,7 +56,7 @@ void not_to_be_made(py::class_<T>& type, const char* why) {
                     [why](const py::args&, const py::kwargs&) -> py::object { throw py::type_error(why); });
 }
 
-void write_png(const std::filesystem::path& path, const py::object& given) {
+std::vector<std::uint8_t> png_of(const py::object& given) {
     const py::array any = py::array::ensure(given);
     const char kind = any ? any.dtype().kind() : ' ';
     const bool colour = any && any.ndim() == 3 && any.shape(2) == 3;
@@ -71,9 +72,12 @@ void write_png(const std::filesystem::path& path, const py::object& given) {
     std::vector<std::uint8_t> pixels(image.data(), image.data() + image.size());
     if (kind == 'b')
         for (std::uint8_t& pixel : pixels) pixel = pixel != 0 ? 255 : 0;
-    const std::vector<std::uint8_t> bytes =
-        colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
-               : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
+    return colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
+                  : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
+}
+
+void write_png(const std::filesystem::path& path, const py::object& image) {
+    const std::vector<std::uint8_t> bytes = png_of(image);
     io::write_whole(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
@@ -88,7 +92,7 @@ PYBIND11_MODULE(_core, m) {
 
     py::class_<State> state(m, "State", docs::state);
     not_to_be_made(state, "State: expected a state of Simulation.step(), found one that was not made");
-    py::list all;
+    py::list all, attributes;
     const auto list = [&all](std::string_view name, std::string_view column, const std::string& type,
                              const std::string& in_arrays, std::string_view unit, std::string_view doc) {
         all.append(py::make_tuple(std::string(name), std::string(column), type, in_arrays, std::string(unit),
@@ -104,6 +108,7 @@ PYBIND11_MODULE(_core, m) {
              field.unit, field.doc);
         if (name.empty()) continue;
         const std::string doc = described(kind.attribute, field.doc, field.unit);
+        attributes.append(name);
         state.def_property_readonly(
             name.c_str(),
             [&field](const State& s) {
@@ -115,8 +120,10 @@ PYBIND11_MODULE(_core, m) {
         const auto member = std::get<exercise::OfDevices Observation::*>(field.member);
         for (int k = 1; k < script::most_devices; ++k) {
             const auto role = static_cast<script::DeviceRole>(k);
+            const std::string of_role = std::string(script::name_of(role)) + "_" + name;
+            attributes.append(of_role);
             state.def_property_readonly(
-                (std::string(script::name_of(role)) + "_" + name).c_str(),
+                of_role.c_str(),
                 [member, role](const State& s) {
                     const auto place = std::find(s.roles.begin(), s.roles.end(), role);
                     return place == s.roles.end()
@@ -131,12 +138,30 @@ PYBIND11_MODULE(_core, m) {
         const std::string columns = field.columns == 1 ? "" : " " + std::to_string(field.columns);
         const std::string type = "(n," + columns + ") float64";
         list(field.name, "", type, "", field.unit, field.doc);
+        attributes.append(std::string(field.name));
         state.def_property_readonly(
             std::string(field.name).c_str(), [k](const State& s) { return s.lists[k]; },
             described(type, field.doc, field.unit).c_str());
     }
     list("hash", "", "int", "", "", docs::hash);
+    attributes.append("hash");
     state.def_readonly("hash", &State::hash, described("int", docs::hash, "").c_str());
+    state.def(
+        "asdict",
+        [attributes](const py::object& s) {
+            py::dict made;
+            for (const py::handle name : attributes) made[name] = s.attr(name);
+            return made;
+        },
+        docs::asdict);
+    state.def("__repr__", [](const State& s) {
+        return fmt::format(
+            "<State of frame {}: {} with its tip at ({:.1f}, {:.1f}, {:.1f}) mm{}, {:.1f} mm "
+            "from the target{}>",
+            s.reading.frame, script::name_of(s.reading.device), s.reading.tip[0], s.reading.tip[1],
+            s.reading.tip[2], s.branch.empty() ? "" : " in " + s.branch, s.reading.tip_to_target,
+            s.reading.certified ? "" : ", not certified");
+    });
     // name, trace's column, type in State, type in arrays, unit, description
     m.attr("_FIELDS") = all;
     m.attr("_RECORD") = record();
@@ -147,6 +172,15 @@ PYBIND11_MODULE(_core, m) {
     py::class_<Snapshot> snapshot(m, "Snapshot", docs::snapshot);
     not_to_be_made(snapshot, "Snapshot: expected one of Simulation.snapshot(), found one that was not made");
     snapshot.def("__len__", [](const Snapshot& s) { return s.state.exercise.state.size(); });
+    snapshot.def("__repr__", [](const Snapshot& s) {
+        return fmt::format("<Snapshot of {} frames, {} bytes>", s.state.log.frames(),
+                           s.state.exercise.state.size());
+    });
+    // For pickles.
+    m.def("_parts", [](const State& s) { return parts_of(s); });
+    m.def("_parts", [](const Snapshot& s) { return parts_of(s); });
+    m.def("_state", [](const py::tuple& parts) { return state_of(parts); });
+    m.def("_snapshot", &snapshot_of);
 
     py::class_<Simulation> one(m, "Simulation");
     whole_from_the_start(one);
@@ -177,7 +211,8 @@ PYBIND11_MODULE(_core, m) {
         .def("camera_matrix", &Simulation::camera_matrix, py::arg("pixels") = py::none(), docs::camera_matrix)
         .def("_score", first(&Episodes::score))
         .def("save", first(&Episodes::save), py::arg("path"), docs::save)
-        .def("_copy", &Simulation::copy)
+        .def("_open_like", &Simulation::open_like, py::arg("like"))
+        .def("_target", first(&Episodes::target))
         .def("anatomy", &Simulation::anatomy, docs::anatomy)
         .def("about", &Simulation::about, docs::about)
         .def("path_from", first(&Episodes::path_length_from), py::arg("place_mm"), docs::path_from);
@@ -193,11 +228,13 @@ PYBIND11_MODULE(_core, m) {
         .def("step", &VectorSimulation::step, py::arg("motions"), py::kw_only(), py::arg("frames") = 1,
              py::arg("active") = py::none(), docs::vector_step)
         .def("reset", &VectorSimulation::reset, py::arg("which") = py::none(), docs::vector_reset)
-        .def("assign", &VectorSimulation::assign, py::arg("i"), py::arg("like"), docs::assign)
+        .def("_assign", &VectorSimulation::assign, py::arg("i"), py::arg("like"))
         .def("aim", &VectorSimulation::aim, py::arg("i"), py::arg("target"),
              py::arg("radius_mm") = py::none(), docs::aim)
         .def("apply", &VectorSimulation::apply, py::arg("i"), py::arg("command"), docs::vector_apply)
-        .def("hashes", &VectorSimulation::hashes, docs::hashes)
+        .def("hashes", &VectorSimulation::hashes, py::kw_only(), py::arg("asked") = false, docs::hashes)
+        .def("show_tip", &VectorSimulation::show_tip, py::arg("i"), py::arg("margin") = 0.05, docs::show_tip)
+        .def("_target", &VectorSimulation::target, py::arg("i"))
         .def("branch_name", &VectorSimulation::branch_name, py::arg("i"), docs::branch_name)
         .def("_score", &VectorSimulation::score, py::arg("i"))
         .def("save", &VectorSimulation::save, py::arg("i"), py::arg("path"), docs::vector_save)
@@ -224,6 +261,7 @@ PYBIND11_MODULE(_core, m) {
 
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);
+    m.def("_png", [](const py::object& image) { return bytes_of(png_of(image)); });
 }
 
 }  // namespace app

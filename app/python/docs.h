@@ -17,6 +17,8 @@ inline constexpr const char* state =
 inline constexpr const char* hash =
     "hash of the whole state, 64 bits. Two simulations of one scenario with the same hash never diverge";
 
+inline constexpr const char* asdict = "All attributes as a dict: numbers, texts, truth values and arrays.";
+
 inline constexpr const char* snapshot =
     "The whole state of a simulation, made by Simulation.snapshot(). len() is its size in bytes.";
 
@@ -115,16 +117,18 @@ Results do not depend on the number of threads. Ctrl-C ends the call after the f
 InputError for shapes and values out of range, before any frame was made.)";
 inline constexpr const char* vector_reset =
     "Restores the start of all simulations, or of those in which = (n,) bool, bit for bit.";
-inline constexpr const char* assign =
-    "Puts a new simulation like another one, at its start, in place of the i-th; they share vessels and "
-    "wall.";
 inline constexpr const char* aim =
     "Resets the i-th simulation with another target: a name or a place (3,) [mm], and its radius [mm]. "
     "Raises\nInputError for one that does not exist or lies outside the vessels; it is then reset with the "
     "old target.";
 inline constexpr const char* vector_apply =
     "Asks for a command with the next frame of the i-th simulation, as Simulation.apply.";
-inline constexpr const char* hashes = "(n,) uint64: State.hash of each simulation.";
+inline constexpr const char* hashes =
+    "(n,) uint64: State.hash of each simulation; with asked=True of its target and of what apply() has asked "
+    "for, too.";
+inline constexpr const char* show_tip =
+    "Moves the table of the i-th simulation, with its next frame, so that the tip is in the image, `margin` "
+    "of its\nwidth from the edges. Nothing where it is.";
 inline constexpr const char* branch_name = "str: the branch that the i-th tip is in.";
 inline constexpr const char* vector_save = "Writes the recording of the i-th simulation, as Simulation.save.";
 inline constexpr const char* images =

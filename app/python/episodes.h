@@ -56,7 +56,10 @@ inline py::dict facts(const std::string& file, const std::optional<std::string>&
                       const std::string& catalogue, const Overrides& overrides) {
     const scenario::Scenario scenario = episode::scenario_of({file, text, catalogue, overrides});
     py::dict made;
+    py::list names;
+    for (const scenario::PlacedDevice& placed : scenario.devices) names.append(std::string(placed.name()));
     made["devices"] = scenario.devices.size();
+    made["device_names"] = names;
     made["frame_rate_hz"] = scenario.frame_rate;
     made["pixels"] = scenario.c_arm.pixels;
     return made;
@@ -126,6 +129,14 @@ public:
         return with(i, [&](Episode& episode) {
             return episode.reader().path_length_from(episode.simulation(), place);
         });
+    }
+    /// (name or None, place or None, radius) that the i-th aims at.
+    py::tuple target(int i) {
+        const scenario::Target target =
+            with(i, [](Episode& episode) { return episode.simulation().scenario().target; });
+        return py::make_tuple(target.name.empty() ? py::object(py::none()) : py::str(target.name),
+                              target.centre ? py::object(array_of(*target.centre)) : py::none(),
+                              target.radius);
     }
     void close() {
         const Free free;
@@ -245,12 +256,11 @@ public:
         }
         made(std::move(episodes), std::move(cache));
     }
-    std::unique_ptr<Simulation> copy() {
-        auto copied = std::make_unique<Simulation>();
+    /// Becomes another one like it, at its start.
+    void open_like(Simulation& like) {
         std::vector<std::unique_ptr<Episode>> episodes(1);
-        with(0, [&](Episode& episode) { episodes[0] = beside(episode); });
-        copied->made(std::move(episodes), cache_);
-        return copied;
+        like.with(0, [&](Episode& episode) { episodes[0] = beside(episode); });
+        made(std::move(episodes), like.cache());
     }
 
     State state() {
@@ -432,10 +442,18 @@ public:
         records_ = py::array(record(), n);
         track_ = py::array_t<double>({n, points, 3});
         track_px_ = py::array_t<double>({n, points, 2});
+        tracks_ = py::array_t<double>({n, script::most_devices, points, 3});
+        tracks_px_ = py::array_t<double>({n, script::most_devices, points, 2});
+        c_arm_ = py::array_t<double>({n, 2});
+        table_ = py::array_t<double>({n, 3});
+        for (py::array_t<double>* array : {&tracks_, &tracks_px_})
+            std::fill_n(array->mutable_data(), array->size(), 0.0);
         // Where they are, for threads that may not touch Python's objects.
         readings_ = static_cast<Observation*>(records_.mutable_data());
-        places_ = track_.mutable_data();
-        pixels_ = track_px_.mutable_data();
+        of_target_ = {track_.mutable_data(), track_px_.mutable_data()};
+        of_devices_ = {tracks_.mutable_data(), tracks_px_.mutable_data()};
+        angles_ = c_arm_.mutable_data();
+        shifts_ = table_.mutable_data();
         made(std::move(episodes), like.cache());
         in_parts(many, [&](int i, int) { changed(i); });
     }
@@ -447,18 +465,21 @@ public:
     py::dict arrays() const {
         require_made();
         py::dict all;
+        const auto of_each = [&](const py::object& column) {
+            return py::object(column[py::make_tuple(py::slice(0, n_, 1), py::slice(0, most_devices(), 1))]);
+        };
         for (const exercise::Field& field : exercise::fields())
             if (const std::string name(field.name); !name.empty()) {
                 const py::object column = records_[name.c_str()];
-                // Of each device there is.
-                all[name.c_str()] =
-                    kind_of(field).devices
-                        ? py::object(column[py::make_tuple(py::ellipsis(), py::slice(0, most_devices(), 1))])
-                        : column;
+                all[name.c_str()] = kind_of(field).devices ? of_each(column) : column;
             }
         all["readings"] = records_;
         all["track_mm"] = track_;
         all["track_px"] = track_px_;
+        all["tracks_mm"] = of_each(tracks_);
+        all["tracks_px"] = of_each(tracks_px_);
+        all["c_arm_deg"] = c_arm_;
+        all["table_mm"] = table_;
         return all;
     }
 
@@ -528,11 +549,29 @@ public:
                 "target: None was given; expected the name of a target, or three coordinates in mm");
         Episodes::aim(i, target, radius);
     }
-    py::array_t<std::uint64_t> hashes() {
+    py::array_t<std::uint64_t> hashes(bool asked) {
         py::array_t<std::uint64_t> a(size());
         std::uint64_t* const to = a.mutable_data();
-        in_parallel([&](int i, int) { to[i] = at(i).hash(); });
+        in_parallel([&](int i, int) {
+            to[i] = at(i).hash();
+            if (!asked) return;
+            geometry::Vec3 target = at(i).simulation().target();
+            double radius = at(i).simulation().scenario().target.radius;
+            geometry::StateHash hash;
+            hash(to[i], target, radius);
+            for (const script::Command& command : at(i).asked()) {
+                std::string text = script::to_text(command);
+                hash(text);
+            }
+            to[i] = hash.value();
+        });
         return a;
+    }
+    void show_tip(int i, double margin) {
+        with(i, [&](Episode& episode) {
+            episode.show_tip(margin);
+            changed(i);
+        });
     }
     std::string branch_name(int i) {
         return with(i, [&](Episode& episode) {
@@ -670,16 +709,35 @@ private:
         const scenario::Scenario& scenario = simulation.scenario();
         readings_[i] = episode.reading();
         const render::CArm arm = episode.arm(scenario.c_arm.pixels);
+        angles_[2 * i] = arm.lao / geometry::degree;
+        angles_[2 * i + 1] = arm.cranial / geometry::degree;
+        const Vec3 table = scenario.c_arm.isocentre - arm.isocentre;
+        std::copy_n(table.data(), 3, shifts_ + 3 * static_cast<std::ptrdiff_t>(i));
         const Vec3 shift = simulation.vessel_shift();
         std::vector<Vec3> track(static_cast<std::size_t>(points_));
-        exercise::track(simulation.carried_path_of(scenario.target.device), spacing_, track);
-        for (int k = 0; k < points_; ++k) {
-            const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(points_) * i + k;
-            const Vec3 place = track[static_cast<std::size_t>(k)] + shift;
-            const render::Pixel pixel = render::project(arm, place);
-            std::copy_n(place.data(), 3, places_ + 3 * row);
-            pixels_[2 * row] = pixel.x;
-            pixels_[2 * row + 1] = pixel.y;
+        const auto write = [&](const Tracks& to, std::ptrdiff_t row) {
+            for (const Vec3& inside : track) {
+                const Vec3 place = inside + shift;
+                const render::Pixel pixel = render::project(arm, place);
+                std::copy_n(place.data(), 3, to.places + 3 * row);
+                to.pixels[2 * row] = pixel.x;
+                to.pixels[2 * row + 1] = pixel.y;
+                ++row;
+            }
+        };
+        std::vector<geometry::Polyline> paths;
+        Vec3 introducer = Vec3::Zero();
+        for (const scenario::PlacedDevice& placed : simulation.devices()) {
+            paths.push_back(simulation.carried_path_of(placed.role));
+            if (!paths.back().empty()) introducer = paths.back().front();
+        }
+        for (std::size_t k = 0; k < paths.size(); ++k) {
+            if (paths[k].empty()) paths[k] = {introducer};  // it is out
+            exercise::track(paths[k], spacing_, track);
+            const std::ptrdiff_t of = static_cast<std::ptrdiff_t>(script::most_devices) * i + k;
+            write(of_devices_, of * points_);
+            if (simulation.devices()[k].role == scenario.target.device)
+                write(of_target_, static_cast<std::ptrdiff_t>(i) * points_);
         }
     }
 
@@ -688,9 +746,13 @@ private:
     int points_ = 0;
     double spacing_ = 0;
     py::array records_;
-    py::array_t<double> track_, track_px_;
+    py::array_t<double> track_, track_px_, tracks_, tracks_px_, c_arm_, table_;
     Observation* readings_ = nullptr;
-    double *places_ = nullptr, *pixels_ = nullptr;
+    struct Tracks {
+        double *places = nullptr, *pixels = nullptr;
+    };
+    Tracks of_target_, of_devices_;  // of the device that the exercise is about; of each
+    double *angles_ = nullptr, *shifts_ = nullptr;
 };
 
 }  // namespace app

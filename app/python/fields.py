@@ -35,7 +35,9 @@ def arrays():
         if name and shape:
             number = shape.split()[-1]
             yield name, f"NDArray[np.{'bool_' if number == 'bool' else number}]"
-    yield from (("track_mm", "NDArray[np.float64]"), ("track_px", "NDArray[np.float64]"), ("readings", "NDArray[np.void]"))
+    for name in ("track_mm", "track_px", "tracks_mm", "tracks_px", "c_arm_deg", "table_mm"):
+        yield name, "NDArray[np.float64]"
+    yield "readings", "NDArray[np.void]"
 
 
 def stubs(text):

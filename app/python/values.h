@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <fmt/format.h>
 #include <optional>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -240,5 +244,79 @@ struct Aim {
 struct Snapshot {
     Episode::Snapshot state;
 };
+
+template <class Numbers>
+py::bytes bytes_of(const Numbers& numbers) {
+    return {reinterpret_cast<const char*>(numbers.data()), numbers.size()};
+}
+inline py::list texts_of(std::span<const script::Command> commands) {
+    py::list texts;
+    for (const script::Command& command : commands) texts.append(script::to_text(command));
+    return texts;
+}
+inline std::vector<script::Command> commands_of(const py::handle& texts) {
+    std::vector<script::Command> commands;
+    for (const py::handle text : texts) commands.push_back(episode::parse_line(text.cast<std::string>()));
+    return commands;
+}
+/// What a pickle begins with: bytes of another version, or of another machine, would be misread.
+inline std::string layout() {
+    return fmt::format("seldinger {} of {} bytes", SELDINGER_VERSION, sizeof(Observation));
+}
+inline void require_layout(const py::tuple& parts, std::size_t size) {
+    const std::string found = parts.size() == size && py::isinstance<py::str>(parts[0])
+                                  ? parts[0].cast<std::string>()
+                                  : "something else";
+    if (found != layout()) throw io::InputError("pickle: expected one of {}, found {}", layout(), found);
+}
+
+/// What a pickle keeps of a snapshot, and back.
+inline py::tuple parts_of(const Snapshot& snapshot) {
+    const Episode::Snapshot& state = snapshot.state;
+    py::list frames;
+    for (const episode::Log::Made& frame : state.log.made())
+        frames.append(py::make_tuple(texts_of(frame.commands), frame.hash));
+    return py::make_tuple(layout(), state.exercise.of, bytes_of(state.exercise.state), frames,
+                          texts_of(state.asked), bytes_of(state.room));
+}
+inline std::vector<std::byte> to_bytes(const py::handle& given) {
+    const auto text = given.cast<std::string>();
+    const auto* const data = reinterpret_cast<const std::byte*>(text.data());
+    return {data, data + text.size()};
+}
+inline Snapshot snapshot_of(const py::tuple& parts) {
+    require_layout(parts, 6);
+    Snapshot made;
+    made.state.exercise = {parts[1].cast<std::uint64_t>(), to_bytes(parts[2])};
+    for (const py::handle frame : parts[3])
+        made.state.log.add(commands_of(frame[py::int_(0)]), frame[py::int_(1)].cast<std::uint64_t>());
+    made.state.asked = commands_of(parts[4]);
+    made.state.room = to_bytes(parts[5]);
+    return made;
+}
+
+/// The same of a state.
+inline py::tuple parts_of(const State& state) {
+    std::vector<int> roles;
+    for (const script::DeviceRole role : state.roles) roles.push_back(static_cast<int>(role));
+    return py::make_tuple(layout(),
+                          py::bytes(reinterpret_cast<const char*>(&state.reading), sizeof state.reading),
+                          state.branch, state.hash, roles, state.lists);
+}
+inline State state_of(const py::tuple& parts) {
+    require_layout(parts, 6);
+    State made;
+    const auto reading = parts[1].cast<std::string>();
+    const auto roles = parts[4].cast<std::vector<int>>();
+    made.lists = parts[5].cast<std::vector<py::array_t<double>>>();
+    if (reading.size() != sizeof made.reading || made.lists.size() != episode::list_fields().size() ||
+        std::ranges::any_of(roles, [](int role) { return role < 0 || role >= script::most_devices; }))
+        throw io::InputError("pickle: expected a state, found something else");
+    std::memcpy(&made.reading, reading.data(), sizeof made.reading);
+    made.branch = parts[2].cast<std::string>();
+    made.hash = parts[3].cast<std::uint64_t>();
+    for (const int role : roles) made.roles.push_back(static_cast<script::DeviceRole>(role));
+    return made;
+}
 
 }  // namespace app

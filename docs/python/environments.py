@@ -39,7 +39,9 @@ ABOUT = {
                    "back into the aorta."),
 }
 KEYS = {
-    "tracking2d": "points of the device from the tip backward [pixels of an image of `image_size`]",
+    "tracking2d": "points of the {target_by} from its tip backward [pixels of an image of `image_size`]",
+    "wire_tracking2d": "the same of the wire",
+    "catheter_tracking2d": "the same of the catheter",
     "target2d": "the target [pixels]",
     "rotation": "sine and cosine of each hub's turn",
 }
@@ -61,7 +63,7 @@ def page(name, env):
     observation, info = env.reset(seed=0)
     batch = env._batch
     about = batch.about
-    devices = ["wire", "catheter"][:about["devices"]]
+    devices = about["device_names"]
     state = env.simulation
     scenarios = own.get("randomize", {}).get("scenario", (own["scenario"],))
     rows = " ".join(f"row {i}: {device};" for i, device in enumerate(devices)).rstrip(";")
@@ -77,9 +79,9 @@ def page(name, env):
            "## Observation", "", "A dict of arrays. These are given unless `obs` says otherwise:", "",
            "| key | | |", "| --- | --- | --- |"]
     for item, space in env.observation_space.spaces.items():
-        out.append(f"| `{item}` | {box(space)} | {KEYS[item]} |")
-    out += ["", "`obs=(…)` takes any of " + ", ".join(f"`{item}`" for item in sd.gym.KEYS) +
-            "; [all keys](../environments.md#observations) are described together.", "",
+        out.append(f"| `{item}` | {box(space)} | {KEYS[item].format(**about)} |")
+    out += ["", "`obs=(…)` takes any of " + ", ".join(f"`{item}`" for item in sd.gym.KEYS)
+            + "".join(f", `{device}_tracking2d`, `{device}_tracking3d`, `{device}_mask`" for device in devices) + "; [all keys](../environments.md#observations) are described together.", "",
             "## Reward and end", "",
             "0.01 a millimetre nearer along the vessels, 1 at the target, -0.001 a step; `reward=` takes another.", "",
             "| | |", "| --- | --- |",
@@ -90,10 +92,10 @@ def page(name, env):
             f"{batch.patience} steps without equilibrium |"]
     if "randomize" in own:
         out += ["", "## What a reset draws", "", f"One of {len(scenarios)} scenarios: " +
-                ", ".join(f"`{one}`" for one in scenarios) + ". `randomize={…}` adds more: seeds of vessels, targets, the C-arm's angle."]
+                ", ".join(f"`{one}`" for one in scenarios) + ". `randomize={…}` adds more: vessels, targets, friction, the C-arm's angle."]
     else:
-        out += ["", "## What a reset draws", "", "Nothing but the noise of images. `randomize={…}` adds seeds of vessels, targets, "
-                "the C-arm's angle or other scenarios."]
+        out += ["", "## What a reset draws", "", "Nothing but the noise of images. `randomize={…}` adds vessels, targets, friction, "
+                "the C-arm's angle and all else that [a scenario states](../environments.md#what-a-reset-draws)."]
     return MARK + "\n".join(out) + "\n"
 
 

@@ -186,12 +186,17 @@ void Log::add(std::vector<script::Command> commands, std::uint64_t hash) {
     last_ = std::move(entry);
 }
 
+std::vector<Log::Made> Log::made() const {
+    std::vector<Made> made(static_cast<std::size_t>(frames()));
+    for (const Entry* entry = last_.get(); entry; entry = entry->before.get())
+        made[static_cast<std::size_t>(entry->frame)] = {entry->commands, entry->hash};
+    return made;
+}
+
 void Log::save(const std::filesystem::path& path, const script::Origin& origin, std::uint64_t hash) const {
-    std::vector<const Entry*> entries;
-    for (const Entry* entry = last_.get(); entry; entry = entry->before.get()) entries.push_back(entry);
     script::Recording recording(path, {origin, hash_every});
-    for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry)
-        recording.frame((*entry)->frame, (*entry)->commands, [&] { return (*entry)->hash; });
+    int frame = 0;
+    for (const Made& one : made()) recording.frame(frame++, one.commands, [&] { return one.hash; });
     recording.close([&] { return hash; });
 }
 
@@ -288,6 +293,35 @@ void Episode::step(std::span<const script::Command> given) {
 std::uint64_t Episode::hash() const {
     if (!hash_) hash_ = simulation().state_hash();
     return *hash_;
+}
+
+void Episode::show_tip(double margin) {
+    const Observation now = reading();
+    const geometry::Vec3 tip(now.tip.data());
+    const render::CArm arm = this->arm(simulation().scenario().c_arm.pixels);
+    const double least = margin * arm.pixels, most = arm.pixels - least;
+    const auto seen_with = [&](const Eigen::Vector2d& moved) {
+        render::CArm there = arm;
+        there.isocentre -= geometry::Vec3(moved.x(), 0, moved.y());
+        const render::Pixel pixel = render::project(there, tip);
+        return Eigen::Vector2d(pixel.x, pixel.y);
+    };
+    Eigen::Vector2d moved = Eigen::Vector2d::Zero();  // table to the patient's left and head [mm]
+    const Eigen::Vector2d first = seen_with(moved);
+    const Eigen::Vector2d wanted = first.cwiseMax(least).cwiseMin(most);
+    if (!(first != wanted)) return;
+    for (int k = 0; k < 8; ++k) {  // Newton's steps; the image is almost linear in the table's place
+        const Eigen::Vector2d at = seen_with(moved);
+        Eigen::Matrix2d slope;
+        slope << seen_with(moved + Eigen::Vector2d::UnitX()) - at,
+            seen_with(moved + Eigen::Vector2d::UnitY()) - at;
+        moved += slope.completeOrthogonalDecomposition().solve(wanted - at);
+    }
+    geometry::Vec3 table = simulation().console().table();
+    for (const script::Command& command : asked_)
+        if (const auto* move = std::get_if<script::MoveTable>(&command)) table = move->place;
+    table += geometry::Vec3(moved.x(), 0, moved.y());
+    ask(script::MoveTable{table.cwiseMax(-script::table_reach).cwiseMin(script::table_reach)});
 }
 
 void Episode::reset() {
@@ -491,6 +525,75 @@ std::string to_json(const Episode& episode) {
     }
     json["hash"] = io::hash_text(episode.hash());
     return json.dump();
+}
+
+namespace {
+
+/// The schema of a field's value.
+struct Describe {
+    static Json array(int count) {
+        return {{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", count}, {"maxItems", count}};
+    }
+    Json operator()(std::int64_t Observation::*) const { return {{"type", "integer"}}; }
+    Json operator()(double Observation::*) const { return {{"type", {"number", "null"}}}; }
+    Json operator()(bool Observation::*) const { return {{"type", "boolean"}}; }
+    Json operator()(exercise::Place Observation::*) const { return array(3); }
+    Json operator()(exercise::InImage Observation::*) const { return array(2); }
+    Json operator()(exercise::OfDevices Observation::*) const { return {{"type", "number"}}; }
+    Json operator()(exercise::Branch Observation::*) const { return {{"type", "string"}}; }
+    Json operator()(script::DeviceRole Observation::*) const { return {{"enum", script::device_names()}}; }
+};
+
+}  // namespace
+
+std::string schema_of_lines() {
+    Json state = {{"type", "object"}, {"additionalProperties", false}};
+    for (const exercise::Field& field : exercise::fields()) {
+        if (field.name.empty()) continue;
+        const std::string name(field.name);
+        Json value = std::visit(Describe(), field.member);
+        std::string text(field.doc);
+        if (!field.unit.empty()) text += fmt::format(" [{}]", field.unit);
+        value["description"] = text;
+        // Of other devices where the scenario has them.
+        if (std::holds_alternative<exercise::OfDevices Observation::*>(field.member))
+            for (int k = 1; k < script::most_devices; ++k)
+                state["properties"][fmt::format("{}_{}", script::name_of(static_cast<script::DeviceRole>(k)),
+                                                name)] = value;
+        state["properties"][name] = std::move(value);
+        state["required"].push_back(name);
+    }
+    for (const ListField& field : list_fields()) {
+        Json value = {
+            {"type", "array"},
+            {"items", field.columns == 1 ? Json{{"type", "number"}} : Describe::array(field.columns)},
+            {"description", fmt::format("{} [{}]", field.doc, field.unit)}};
+        state["properties"][std::string(field.name)] = std::move(value);
+        state["required"].push_back(field.name);
+    }
+    state["properties"]["hash"] = {{"type", "string"}, {"pattern", "^[0-9a-f]{16}$"}};
+    state["required"].push_back("hash");
+    const auto only = [](const char* key, Json value) {
+        return Json{{"type", "object"},
+                    {"properties", {{key, std::move(value)}}},
+                    {"required", {key}},
+                    {"additionalProperties", false}};
+    };
+    const Json text = {{"type", "string"}};
+    Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                   {"title", "A line of seldinger serve"},
+                   {"oneOf",
+                    {{{"$ref", "#/$defs/state"}},
+                     {{"$ref", "#/$defs/score"}},
+                     only("error", text),
+                     only("kept", {{"type", "integer"}, {"minimum", 0}}),
+                     only("image", text),
+                     only("saved", text)}}};
+    schema["$defs"]["state"] = std::move(state);
+    schema["$defs"]["score"] = {{"type", "object"},
+                                {"required", {"schema", "program", "scenario"}},
+                                {"description", "as assets/score.schema.json"}};
+    return schema.dump(2);
 }
 
 std::string score_line(const Episode& episode, const std::string& program) {

@@ -82,6 +82,12 @@ private:
 /// The commands of an attempt, frame by frame. Copies share what was before.
 class Log {
 public:
+    struct Made {
+        std::span<const script::Command> commands;
+        std::uint64_t hash = 0;
+    };
+    /// The frames from the first on; they last as long as this log or a copy.
+    std::vector<Made> made() const;
     /// Whether the next frame needs its state's hash.
     bool states_next() const { return frames() % hash_every == 0; }
     void add(std::vector<script::Command> commands, std::uint64_t hash);
@@ -127,6 +133,11 @@ public:
     const Reader& reader() const { return reader_; }
     const std::shared_ptr<PatientImages>& patient() const { return patient_; }
     std::uint64_t hash() const;
+    /// Commands for the next frame.
+    std::span<const script::Command> asked() const { return asked_; }
+    /// Asks for the table to move so that the tip lies within the image, so far from its edges, a fraction of
+    /// its width, or as near to that as the table reaches. Nothing where it does already.
+    void show_tip(double margin);
 
     /// From now on the panel's readouts follow every frame. To be called before the first.
     void follow_room();
@@ -196,6 +207,8 @@ script::Command parse_line(const std::string&);
 /// One line: time, tip, target, wire and catheter in the room and in the image, hands, forces, flags, hash.
 /// The keys are the names of State's fields in Python; numbers read back to the same bits.
 std::string to_json(const Episode&);
+/// The JSON Schema (2020-12) of what `serve` answers: states, scores, errors, names of files, numbers.
+std::string schema_of_lines();
 /// The score as in score.json, in one line. `program`: its name and version.
 std::string score_line(const Episode&, const std::string& program);
 /// A text as JSON.

@@ -1,3 +1,4 @@
+import copy
 import gc
 import os
 import re
@@ -477,7 +478,7 @@ def test_accessors_wait_for_a_thread_that_changes_the_simulation(renal):
 
 def test_a_simulation_may_be_closed_while_others_use_it(bend):
     for _ in range(30):
-        sim = bend._copy()
+        sim = copy.deepcopy(bend)
         errors = []
 
         def use():

@@ -76,7 +76,7 @@ def test_a_forked_process_steps_and_is_told_that_it_cannot_make_images(cache):
         return sim.image(96).sum()
 
     def new_images():
-        return sd.Simulation("straight", cache=cache).image(64).sum()
+        return sd.Simulation("straight", cache=cache).image(32).sum()
 
     forked = in_a_fork(steps)
     assert "forked" in in_a_fork(images)

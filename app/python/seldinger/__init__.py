@@ -10,6 +10,8 @@ Many at once: VectorSimulation. Environments: seldinger.gym. Interfaces with the
 seldinger.compat. Lengths are in mm, forces in N, angles as named.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from ._core import InputError, Snapshot, State, __version__, write_png
 from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios
 
@@ -17,7 +19,11 @@ __all__ = ["InputError", "Simulation", "Snapshot", "State", "VectorSimulation", 
            "default_cache", "gym", "scenarios", "write_png"]
 
 
-def __getattr__(name):
+if TYPE_CHECKING:
+    from . import compat, gym
+
+
+def __getattr__(name: str) -> Any:
     if name in ("gym", "compat"):
         import importlib
         return importlib.import_module("." + name, __name__)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import copyreg
 import json
 import os
 from pathlib import Path
-from typing import Any, Mapping, Optional, Union
+from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
-from ._core import InputError
+from ._core import InputError, Snapshot, State
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -99,7 +104,7 @@ def _overrides(values: Optional[Mapping[str, Any]]) -> list[tuple[str, str]]:
 
 
 def facts(scenario: Scenario, set: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
-    """devices, frame_rate_hz and pixels of a scenario, of which no vessels are grown."""
+    """devices, device_names, frame_rate_hz and pixels of a scenario, of which no vessels are grown."""
     file, text = _located(scenario)
     return _core._facts(file, text, str(assets() / "devices"), _overrides(set))
 
@@ -107,11 +112,41 @@ def facts(scenario: Scenario, set: Optional[Mapping[str, Any]] = None) -> dict[s
 class _Closes:
     """A context manager that closes itself."""
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+
+# States and snapshots may be pickled and copied: by the version that made them, on a machine of its kind.
+def _state(*parts: Any) -> State:
+    return _core._state(parts)
+
+
+def _snapshot(*parts: Any) -> Snapshot:
+    return _core._snapshot(parts)
+
+
+copyreg.pickle(State, lambda state: (_state, _core._parts(state)))
+copyreg.pickle(Snapshot, lambda snapshot: (_snapshot, _core._parts(snapshot)))
+
+Place = Tuple[Optional[str], Optional[NDArray[np.float64]], float]
+
+
+Made = Tuple[str, Optional[str], str, Sequence[Tuple[str, str]], str, str, bool]
+
+
+def _aim(target: Place) -> dict[str, Any]:
+    name, place, radius = target
+    return {"target": place if name is None else name, "radius_mm": radius}
+
+
+def same_target(a: Place, b: Place) -> bool:
+    return a[0] == b[0] and np.array_equal(a[1], b[1]) and a[2] == b[2]  # type: ignore[arg-type]
 
 
 class Simulation(_core.Simulation, _Closes):
@@ -126,7 +161,8 @@ class Simulation(_core.Simulation, _Closes):
 
     The first simulation of an anatomy grows its vessels, which takes seconds to a minute; Ctrl-C ends that. Later ones
     read them from the cache. A simulation may be used by several threads: calls wait for each other. It is a context
-    manager that closes itself.
+    manager that closes itself. copy.deepcopy gives another in the same state, which shares the vessels, and pickle one in
+    another process, which grows or reads them again.
 
     Raises InputError, with file:line:column where there is a file, for a scenario that is not accepted.
     """
@@ -134,6 +170,13 @@ class Simulation(_core.Simulation, _Closes):
     def __init__(self, scenario: Scenario, *, set: Optional[Mapping[str, Any]] = None,
                  images: Union[bool, str] = False, panel: bool = False,
                  cache: Union[str, "os.PathLike[str]", None] = None) -> None:
+        self._made = self._arguments(scenario, set=set, images=images, panel=panel, cache=cache)
+        self._open(*self._made)
+
+    @staticmethod
+    def _arguments(scenario: Scenario, *, set: Optional[Mapping[str, Any]], images: Union[bool, str], panel: bool,
+                  cache: Union[str, "os.PathLike[str]", None]) -> Made:
+        """What the core's simulation is opened with."""
         file, text = _located(scenario)
         if not isinstance(images, (bool, np.bool_, str, int, type(None))) or images not in _IMAGES:
             raise InputError(f"images: {images!r} was given; expected False, 'dose' or True")
@@ -141,12 +184,52 @@ class Simulation(_core.Simulation, _Closes):
         if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
             raise InputError(f"cache: {cache!r} was given; expected a folder, '' or None")
         folder = str(default_cache()) if cache is None else os.fspath(cache)
-        self._open(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
+        return file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _opened, (type(self), self.__dict__, self._target(), self.snapshot())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        if self._made[4] == "all":  # its screens are its own
+            opened: Self = _opened(type(self), self.__dict__, self._target(), self.snapshot())
+            return opened
+        copied = type(self).__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        copied._open_like(self)
+        copied.restore(self.snapshot())
+        return copied
+
+    def __copy__(self) -> Self:
+        return self.__deepcopy__({})
+
+    def __repr__(self) -> str:
+        name = Path(self._made[0]).stem if "_made" in self.__dict__ else "not made"
+        if name == "not made" or self.closed:
+            return f"<Simulation {name}{'' if name == 'not made' else ', closed'}>"
+        return f"<Simulation {name}: {repr(self.state)[1:-1]}>"
+
+    def _repr_png_(self) -> bytes:
+        """The image, for notebooks."""
+        return _core._png(self.image())
 
     def score(self) -> dict[str, Any]:
         """The attempt's score as in score.json (keys carry units); `earlier_attempts` holds those that a reset command
         ended."""
-        return json.loads(self._score())
+        score: dict[str, Any] = json.loads(self._score())
+        return score
+
+
+def _opened(of: Any, attributes: Mapping[str, Any], target: Optional[Place] = None,
+            snapshot: Optional[Snapshot] = None) -> Any:
+    """A Simulation from what a pickle keeps of it."""
+    made = of.__new__(of)
+    made.__dict__.update(attributes)
+    made._open(*made._made)
+    if target:
+        if not same_target(made._target(), target):
+            made.reset(**_aim(target))
+        made.restore(snapshot)
+    return made
 
 
 class VectorSimulation(_core.VectorSimulation, _Closes):
@@ -162,7 +245,9 @@ class VectorSimulation(_core.VectorSimulation, _Closes):
     for each field of State that is no list, with its name and unit (docs/python.md has the table of them), of shape (n,),
     (n, 3) for places, (n, 2) in pixels, and (n, 2) of wire and catheter for what a hand does and feels: inserted_mm,
     turned_deg, push_N, torque_Nmm. branch is the index of the branch. They are the fields of one record array, `readings`.
-    (n, points, 3) track_mm and (n, points, 2) track_px: points on the device that the exercise is about.
+    (n, points, 3) track_mm and (n, points, 2) track_px: points on the device that the exercise is about; (n, devices,
+    points, 3) tracks_mm and (n, devices, points, 2) tracks_px: on each, all at the introducer for one that is out.
+    (n, 2) c_arm_deg: LAO and cranial; (n, 3) table_mm: how far the table has moved, as patients lie on it.
 
     To be used by one thread of Python at a time; calls of others wait. Ctrl-C ends a long call between its parts.
     """
@@ -186,17 +271,64 @@ class VectorSimulation(_core.VectorSimulation, _Closes):
 
         first = prototype(several[0] if several is not None else scenario)
         threads = min(len(os.sched_getaffinity(0)), _MOST_THREADS) if threads is None else threads
-        self._open(first, 1 if n is None else n, threads, points, spacing_mm)
+        self._made = (threads, points, spacing_mm)
+        self._open(first, 1 if n is None else n, *self._made)
+        self.likes: list[Simulation] = [first] * len(self)
         for i, one in enumerate(several or []):
             if i > 0 and prototype(one) is not first:
                 self.assign(i, prototype(one))
         self.__dict__.update(self._arrays)
 
+    def assign(self, i: int, like: Simulation) -> None:
+        """Puts a new simulation like another one, at its start, in place of the i-th; they share vessels and wall."""
+        self._assign(i, like)
+        self.likes[i] = like
+
+    def _states(self) -> list[Tuple[Place, Snapshot]]:
+        return [(self._target(i), self.snapshot(i)) for i in range(len(self))]
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        distinct = {id(like): (type(like), like.__dict__) for like in self.likes}
+        places = {key: k for k, key in enumerate(distinct)}
+        return _made_anew, (type(self), self._made, list(distinct.values()), [places[id(like)] for like in self.likes],
+                            self._states())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        copied: Self = _opened_many(type(self), self._made, self.likes, self._states())
+        return copied
+
+    def __copy__(self) -> Self:
+        return self.__deepcopy__({})
+
+    def __repr__(self) -> str:
+        if "_made" not in self.__dict__:
+            return "<VectorSimulation not made>"
+        closed = ", closed" if self.closed else ""
+        return f"<VectorSimulation of {len(self)} on {self.threads} thread{'s' * (self.threads > 1)}{closed}>"
+
     @property
-    def turned_rad(self) -> np.ndarray:
+    def turned_rad(self) -> NDArray[np.float64]:
         """turned_deg in rad, a new array."""
         return np.radians(self.turned_deg)
 
     def score(self, i: int) -> dict[str, Any]:
         """The score of the i-th simulation, as Simulation.score."""
-        return json.loads(self._score(i))
+        score: dict[str, Any] = json.loads(self._score(i))
+        return score
+
+
+def _opened_many(of: Any, made: Tuple[int, int, float], likes: Sequence[Simulation],
+                 states: Sequence[Tuple[Place, Snapshot]]) -> Any:
+    threads, points, spacing = made
+    many = of(list(likes), threads=threads, points=points, spacing_mm=spacing)
+    for i, (target, snapshot) in enumerate(states):
+        many.aim(i, **_aim(target))
+        many.restore(i, snapshot)
+    return many
+
+
+def _made_anew(of: Any, made: Tuple[int, int, float], distinct: Sequence[Tuple[Any, Mapping[str, Any]]],
+               places: Sequence[int], states: Sequence[Tuple[Place, Snapshot]]) -> Any:
+    """A VectorSimulation from what a pickle keeps of it."""
+    likes = [_opened(one, attributes) for one, attributes in distinct]
+    return _opened_many(of, made, [likes[k] for k in places], states)

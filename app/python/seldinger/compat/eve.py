@@ -300,7 +300,7 @@ class Env:
         given = self._base._batch.numbers(action)[0]
         self._last = np.clip(given, self.action_space.low, self.action_space.high)
         speed = self._last * (self._limits if self.intervention.normalize_action else 1)
-        self._base._done = False  # the ends are those given here
+        self._base._batch.done[:] = False  # the ends are those given here
         observation, _, _, _, info = self._base.step(speed)
         self._steps += 1
         info = dict(info, steps=self._steps)

@@ -10,17 +10,20 @@ VectorEnv are its subclasses, spaces are its own, and gymnasium.make("seldinger.
 from __future__ import annotations
 
 import inspect
-from typing import Any, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Tuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
 from .._core import InputError
 from . import spaces
-from .batch import KEYS, Batch, checked_seed, one, whole, with_masks
+from .batch import KEYS, Batch, EnvSnapshot, checked_seed, one, with_masks
+from .draws import whole
 
-__all__ = ["AUTORESET", "ENVIRONMENTS", "Env", "KEYS", "VectorEnv", "check_env", "make", "make_vec", "spaces"]
+__all__ = ["AUTORESET", "ENVIRONMENTS", "Env", "EnvSnapshot", "KEYS", "VectorEnv", "check_env", "make", "make_vec", "spaces"]
 
+MAX_EPISODE_STEPS = 300
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "seldinger/Renal-v1": {"scenario": "renal"},
     "seldinger/Carotid-v1": {"scenario": "carotid_vertebral"},
@@ -35,130 +38,212 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
 
 AUTORESET = ("NEXT_STEP", "SAME_STEP", "DISABLED")
 
-_bases = (spaces.gymnasium.Env if spaces.gymnasium else object,
-          spaces.gymnasium.vector.VectorEnv if spaces.gymnasium else object)
+Observation = Dict[str, NDArray[Any]]
+Info = Dict[str, Any]
+
+if TYPE_CHECKING:
+    class _Env:
+        def reset(self, *, seed: Optional[int], options: Any) -> Any: ...
+
+    class _VectorEnv: ...
+elif spaces.gymnasium:
+    _Env, _VectorEnv = spaces.gymnasium.Env, spaces.gymnasium.vector.VectorEnv
+else:
+    class _Env:
+        def reset(self, *, seed, options): ...
+    _VectorEnv = object
 
 
-def _with_arguments(init: Any) -> Any:
+_Init = TypeVar("_Init", bound=Callable[..., None])
+
+
+def _with_arguments(init: _Init) -> _Init:
     """Shows Batch's arguments, which a constructor passes on, as its own."""
     own = [p for p in inspect.signature(init).parameters.values() if p.kind is not p.VAR_KEYWORD]
     more = [p for p in inspect.signature(Batch).parameters.values()
-            if p.kind is p.KEYWORD_ONLY and p.name not in ("threads", "panel")]
-    init.__signature__ = inspect.Signature(own + more)
+            if p.kind is p.KEYWORD_ONLY and p.name != "threads"]
+    setattr(init, "__signature__", inspect.Signature(own + more))
     return init
 
 
-class Env(_bases[0]):
+class Env(_Env):
     """One environment.
 
     scenario           as for seldinger.Simulation
     obs                key or keys of the observation, a dict of float32 arrays with finite bounds (values beyond are clipped):
-        tracking2d (n_points, 2), target2d (2,)      in pixels of an image of image_size
-        tracking3d (n_points, 3), target3d (3,)      mm; points from the tip backward
+        tracking2d (n_points, 2), target2d (2,)      in pixels of an image of image_size; points from the tip backward,
+        tracking3d (n_points, 3), target3d (3,)      and mm: of the device whose tip must reach the target
+        DEVICE_tracking2d, DEVICE_tracking3d         of the device of that name: wire_tracking2d, catheter_tracking2d
+        tip2d (n_devices, 2), tip3d (n_devices, 3)   tips of all devices, innermost first, as all that has n_devices
         inserted_length (n_devices,) mm; rotation (n_devices, 2): sine and cosine of the hub; last_action
         joint_pos (3 n_points,) mm, joint_vel (3 n_points,) mm/s: of the tracked points; force (2,): of tip, largest [N]
+        c_arm (2,): LAO and cranial [deg]; table (3,) mm: how far it has moved to the left, back and head of the patient
         image, guidewire, phantom (image_size, image_size, 1) uint8: an X-ray image, masks of wire and vessels
+        DEVICE_mask (image_size, image_size, 1) uint8: of the device of that name
+                       By default tracking2d, target2d, rotation, and DEVICE_tracking2d of each other device
     image_size         pixels along a side, 32 to 2048
-    n_points, resolution_mm   how many points are tracked, and how far apart
+    n_points, resolution_mm   how many points are tracked, and how far apart; all at the introducer for a device that is out
     action             'velocity': Box(-1, 1, (n_devices, 2)), times 35 mm/s and 3.14 rad/s; 'physical': mm/s and rad/s.
-                       n_devices is 2 where the scenario has a catheter: rows are wire, catheter
-    flat_action        (2 n_devices,) instead
+                       Rows are the devices, innermost first: wire, catheter
+    stand              'c_arm', 'table' or both: a row more for each, LAO and cranial (times 20 deg/s), to the patient's left
+                       and head (times 100 mm/s)
+    flat_action        one dimension instead
     reward             'path_delta': 0.01 a mm nearer along the vessels, 1 at the target, -0.001 a step
                        'distance': -0.001 a mm of straight distance each step, 10 at the target
                        'sparse': 1 at the target; or a callable of the info that returns a finite number
-    max_episode_steps  steps to truncation
+    max_episode_steps  steps to truncation; None: no limit. An environment of gymnasium.make() leaves it to TimeLimit
     frame_skip         frames a step, 1 to 1000000; the scenario's frame_rate_hz is usually 15
     patience           steps in a row without a rest of the wire, or with a motion refused, to truncation
-    randomize          drawn at each reset: 'anatomy_seed': (first, end) of the vessels' seeds; 'target': 'branches' (any
-                       place in any branch), 'targets' (those named), or a list of branches; 'c_arm_deg': largest turn of
-                       the C-arm in either angle; 'scenario': a scenario or a list of them, with as many devices, frames a
-                       second and pixels as the one above
+    randomize          what each reset draws: a dict of keys of the scenario ('guidewire.friction', 'anatomy.seed') with a
+                       range (low, high), of whole numbers of seeds (first, end); of arrays two lists; or a list of choices, in
+                       which dicts may have ranges; or a callable of a numpy.random.Generator. Besides: 'target': 'branches' (any
+                       place in any branch), 'targets' (those named), or a list of branches; 'scenario': a scenario or a list
+                       of them, with as many devices, frames a second and pixels as the one above; 'latency_steps': steps
+                       that actions wait, a range of whole numbers; 'tracking_noise_mm': standard deviation of what is
+                       tracked and of tips.
+                       A curriculum is a callable that returns such a dict for the next episode; it takes a dict of
+                       'episodes', 'steps' so far and 'success_rate' of the last 100. The attribute randomize may be set
     set                values in place of the scenario's, as for Simulation
     cache              as for Simulation
-    hashes             whether info has the state's hash
-    pool_size          anatomies that are kept in memory
+    hashes             whether info has a hash
+    pool_size          scenes that are kept in memory
     beam               whether the foot is on the pedal in every frame, and dose is measured; images need no beam
     render_mode        'rgb_array': the image; 'panel': the room's panel around it, with readouts; or None
 
+    At the start of an episode the tip is in the image; the table is moved where it is not.
     terminated: the tip is within the target's radius. truncated: info['truncation'] is 'steps', 'time' (the scenario's
     limit), 'vessel_end' (the tip is past an end of the vessels) or 'not_certified' (see patience), else None.
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
-    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (that of State, its 64 bits as
-    a signed int, which arrays of int64, tensors and JSON take: hash % 2**64 == State.hash), dose (a dict of air_kerma_mGy and
-    area_product_Gycm2 of the episode, 0 without beam).
+    tip_force_N, wall_force_N, certified, time_s; inserted_mm, push_N and torque_Nmm (dicts by device); reward (its parts),
+    dose (a dict of air_kerma_mGy and area_product_Gycm2 of the episode, 0 without beam), hash (of the state, the target, what
+    was drawn and the stand: a signed int of 64 bits). All are numbers, texts, None and dicts of them, which JSON takes.
+    The attribute drawn has what the last reset drew. Environments may be copied by copy.deepcopy and pickled.
     Raises InputError for arguments that are not accepted, and after close().
     """
 
-    metadata = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
+    metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
+    spec: Any = None
 
     @_with_arguments
-    def __init__(self, scenario: Any = "renal", *, render_mode: Optional[str] = None, **arguments: Any) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InputError(f"render_mode: {render_mode!r} was given; expected 'rgb_array', 'panel' or None")
-        self.render_mode = render_mode
-        self._batch = Batch(scenario, None, threads=1, panel=render_mode == "panel", **arguments)
+    def __init__(self, scenario: Any = "renal", **arguments: Any) -> None:
+        self._batch = Batch(scenario, None, threads=1, **arguments)
+        self.render_mode = self._batch.render_mode
+        self.metadata = _metadata(self)
         self.action_space = self._batch.action_space
         self.observation_space = self._batch.observation_space
-        self._done = True
+        self._limit = self._batch.most_steps
 
     @property
     def simulation(self) -> _core.VectorSimulation:
-        """The simulation: one of a VectorSimulation of one, for snapshot(0), restore(0, …), score(0), save(0, path)."""
+        """The simulation: one of a VectorSimulation of one, for score(0), save(0, path), hashes(). Its snapshots are not the
+        environment's, whose own see snapshot()."""
         return self._batch.sim
 
-    def reset(self, *, seed: Optional[int] = None, options: Optional[Mapping[str, Any]] = None) -> tuple[dict, dict]:
+    @property
+    def randomize(self) -> Any:
+        """What resets draw; may be set."""
+        return self._batch.randomize
+
+    @randomize.setter
+    def randomize(self, ranges: Any) -> None:
+        self._batch.randomize = ranges
+
+    @property
+    def drawn(self) -> Dict[str, Any]:
+        """What the last reset drew, by key; 'scenario', 'latency_steps' and 'tracking_noise_mm' always."""
+        return dict(self._batch.drawn[0])
+
+    def reset(self, *, seed: Optional[int] = None, options: Optional[Mapping[str, Any]] = None) -> Tuple[Observation, Info]:
         """Begins an episode and returns (observation, info). All that is drawn, now and in later resets, follows from
         the seed, a whole number of 0 or more: the same seed gives the same states, to the bit, on every machine. Without
-        one, drawing goes on."""
-        seed = checked_seed(seed)
-        self._batch.require_open()
-        if spaces.gymnasium:
-            super().reset(seed=seed)
-        self._batch.reset(np.ones(1, bool), [seed])
-        self._done = False
-        info = self._batch.judge(np.zeros(1, bool))[3]
-        return self._first(self._batch.observe()), one(info, 0)
+        one, drawing goes on.
 
-    def step(self, action: Any) -> tuple[dict, float, bool, bool, dict]:
+        options, a dict of any of these, holds for this episode and goes before what is drawn:
+            target   the name of a target, a branch, in which a place is drawn, or a place (3,) [mm]
+            start    length of the wire inside [mm], a dict of those by device, or an EnvSnapshot to begin from
+            set      a dict of keys of the scenario and values
+            seed     as the argument, for wrappers that pass options alone
+        Raises InputError for others."""
+        given = self._batch.options(options)
+        seed = checked_seed(seed)
+        if seed is None:
+            seed = checked_seed(given.get("seed"))
+        self._batch.require_open()
+        super().reset(seed=seed, options=options)
+        self._batch.most_steps = None if self.spec is not None else self._limit
+        self._batch.reset(np.ones(1, bool), [seed], given)
+        return self._seen()
+
+    def step(self, action: Any) -> Tuple[Observation, float, bool, bool, Info]:
         """Makes a step and returns (observation, reward, terminated, truncated, info). Actions beyond the space are
         clipped. Raises InputError for another shape, numbers that are not finite, and after the end of an episode."""
         self._batch.require_open()
-        if self._done:
+        if self._batch.done[0]:
             raise InputError("the episode is over, or none was begun; expected reset()")
         active = np.ones(1, bool)
         self._batch.act(self._batch.checked(action, active), active)
         reward, terminated, truncated, info = self._batch.judge(active)
-        self._done = bool(terminated[0] or truncated[0])
-        return (self._first(self._batch.observe()), float(reward[0]), bool(terminated[0]), bool(truncated[0]),
-                one(info, 0))
+        return (_first(self._batch.observe()), float(reward[0]), bool(terminated[0]), bool(truncated[0]), one(info, 0))
 
-    def render(self) -> Optional[np.ndarray]:
+    def snapshot(self) -> EnvSnapshot:
+        """The whole state: of the simulation, the episode and the random stream. From restore() on the same actions give the
+        same observations, rewards, ends and draws, to the bit."""
+        return self._batch.snapshot(0)
+
+    def restore(self, snapshot: EnvSnapshot) -> Tuple[Observation, Info]:
+        """Goes back to a snapshot, of this environment or of another with the same arguments, and returns (observation,
+        info) of it. Wrappers have states of their own, such as TimeLimit's count. Raises InputError for another's."""
+        self._batch.restore(0, snapshot)
+        return self._seen()
+
+    def _seen(self) -> Tuple[Observation, Info]:
+        return _first(self._batch.observe()), one(self._batch.judge(np.zeros(1, bool))[3], 0)
+
+    def render(self) -> Optional[NDArray[np.uint8]]:
         """(image_size, image_size, 3) uint8 with render_mode='rgb_array', (1024, 1280, 3) with 'panel', else None."""
-        if self.render_mode is None:
-            return None
+        frames = self._batch.render()
+        return None if frames is None else frames[0]
+
+    def __repr__(self) -> str:
+        return _shown(self, "")
+
+    __str__ = __repr__
+
+    def _repr_png_(self) -> bytes:
+        """The image, for notebooks."""
         self._batch.require_open()
-        if self.render_mode == "panel":
-            return self._batch.sim.panel(0, seed=self._batch.noise[0])
-        image = self._batch.sim.images(self._batch.image_size, seeds=self._batch.noise)[0]
-        return np.repeat(image[..., None], 3, -1)
+        return _core._png(self._batch.sim.images(max(self._batch.image_size, 256), seeds=self._batch.noise)[0])
 
     def close(self) -> None:
         """Frees the simulations."""
-        self._batch.sim.close()
-        self._batch.pool.clear()
-
-    @staticmethod
-    def _first(observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        return {key: value[0] for key, value in observation.items()}
+        self._batch.close()
 
 
-class VectorEnv(_bases[1]):
-    """n environments that step at once, on `threads` threads (by default one for each core; results do not depend on
+def _metadata(env: Any) -> Dict[str, Any]:
+    """Frames that are rendered come once a step."""
+    rate = 1 / env._batch.step_s
+    return dict(type(env).metadata, render_fps=round(rate) if abs(rate - round(rate)) < 1e-9 else rate)
+
+
+def _shown(env: Any, count: str) -> str:
+    batch = env._batch
+    name = env.spec.id if env.spec is not None else batch.about["name"]
+    state = ", closed" if batch.sim.closed else ""
+    return f"<{type(env).__name__} {name}{count}: obs {', '.join(batch.obs)}; actions {env.action_space.shape}{state}>"
+
+
+def _first(observation: Observation) -> Observation:
+    return {key: value[0] for key, value in observation.items()}
+
+
+class VectorEnv(_VectorEnv):
+    """num_envs environments that step at once, on `threads` threads (by default one for each core; results do not depend on
     it). Other arguments are those of Env. Observations are dicts of (n, …) arrays; rewards, terminated and truncated are
-    arrays of n. info is as gymnasium's: under each key an array of n, under 'reward' and 'dose' a dict of such, and beside
+    arrays of n. info is as gymnasium's: under each key an array of n, or a dict of such where Env has a dict, and beside
     each key '_key', (n,) bool: whose values these are; others are 0 or None.
 
-    autoreset   'NEXT_STEP': the step after an episode's end begins the next one; its action is not used, its reward 0.
+    autoreset   one of gymnasium's AutoresetMode or its name.
+                'NEXT_STEP': the step after an episode's end begins the next one; its action is not used, its reward 0.
                 'SAME_STEP': the step that ends an episode returns the first observation and info of the next, but for
                 info['reward'], the parts of this step's; the last observation is in info['final_obs'][i], and the last
                 infos, put together as info is, in info['final_info'], for the i in '_final_obs' and '_final_info'.
@@ -166,25 +251,27 @@ class VectorEnv(_bases[1]):
                 ended raises InputError.
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": "NEXT_STEP"}
+    metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "panel"], "render_fps": 15, "autoreset_mode": "NEXT_STEP"}
+    spec: Any = None
 
     @_with_arguments
-    def __init__(self, scenario: Any = "renal", n: int = 2, *, threads: Optional[int] = None,
-                 autoreset: str = "NEXT_STEP", **arguments: Any) -> None:
-        if autoreset not in AUTORESET:
+    def __init__(self, scenario: Any = "renal", num_envs: int = 1, *, threads: Optional[int] = None,
+                 autoreset: Any = "NEXT_STEP", **arguments: Any) -> None:
+        name = getattr(autoreset, "name", autoreset)
+        if name not in AUTORESET:
             raise InputError(f"autoreset: {autoreset!r} was given; expected " + ", ".join(AUTORESET))
-        if n is None:
-            raise InputError("n: None was given; expected a whole number of 1 to 100000")
-        self.autoreset = autoreset
-        self._batch = Batch(scenario, n, threads=threads, panel=False, **arguments)
-        self.num_envs = n
-        self.metadata = dict(self.metadata, autoreset_mode=spaces.gymnasium.vector.AutoresetMode[autoreset]
-                             if spaces.gymnasium and hasattr(spaces.gymnasium.vector, "AutoresetMode") else autoreset)
+        if whole(num_envs) is None:
+            raise InputError(f"num_envs: {num_envs!r} was given; expected a whole number of 1 to 100000")
+        self.autoreset = name
+        self._batch = Batch(scenario, num_envs, threads=threads, **arguments)
+        self.num_envs = num_envs
+        self.render_mode = self._batch.render_mode
+        self.metadata = dict(_metadata(self), autoreset_mode=spaces.gymnasium.vector.AutoresetMode[name]
+                             if spaces.gymnasium and hasattr(spaces.gymnasium.vector, "AutoresetMode") else name)
         self.single_action_space = self._batch.action_space
         self.single_observation_space = self._batch.observation_space
-        self.action_space = spaces.batched(self.single_action_space, n)
-        self.observation_space = spaces.batched(self.single_observation_space, n)
-        self._done = np.ones(n, bool)
+        self.action_space = spaces.batched(self.single_action_space, num_envs)
+        self.observation_space = spaces.batched(self.single_observation_space, num_envs)
         self._begun = False
 
     @property
@@ -192,10 +279,27 @@ class VectorEnv(_bases[1]):
         """The simulations."""
         return self._batch.sim
 
-    def reset(self, *, seed: Any = None, options: Optional[Mapping[str, Any]] = None) -> tuple[dict, dict]:
+    @property
+    def randomize(self) -> Any:
+        """What resets draw; may be set."""
+        return self._batch.randomize
+
+    @randomize.setter
+    def randomize(self, ranges: Any) -> None:
+        self._batch.randomize = ranges
+
+    @property
+    def drawn(self) -> Tuple[Dict[str, Any], ...]:
+        """What the last reset of each drew."""
+        return tuple(map(dict, self._batch.drawn))
+
+    def reset(self, *, seed: Any = None, options: Optional[Mapping[str, Any]] = None) -> Tuple[Observation, Info]:
         """Begins episodes and returns (observations, infos). seed: a number, of which the i-th environment takes
-        seed + i, or a list of n numbers or None. options: {'reset_mask': (n,) bool} for some alone."""
+        seed + i, or a list of n numbers or None. options: those of Env.reset, for each, and 'reset_mask', (n,) bool, for
+        some alone."""
         n = self.num_envs
+        given = self._batch.options(options, ("reset_mask",))
+        seed = given.get("seed") if seed is None else seed
         if seed is None or whole(seed) is not None:
             first = checked_seed(seed)
             seeds = [None if first is None else first + i for i in range(n)]
@@ -205,50 +309,65 @@ class VectorEnv(_bases[1]):
             raise InputError(f"seed: {seed!r} was given; expected a whole number or a list of {n} of them")
         if len(seeds) != n:
             raise InputError(f"seed: {len(seeds)} were given; expected a number or {n} of them")
-        mask = np.ones(n, bool) if not options or "reset_mask" not in options \
-            else np.asarray(options["reset_mask"])
+        mask = np.asarray(given.get("reset_mask", np.ones(n, bool)))
         if mask.shape != (n,) or mask.dtype != bool:
             raise InputError(f"options: reset_mask of {mask.dtype} and shape {mask.shape} was given; expected a mask, an "
                              f"array of {n} truth values")
         self._batch.require_open()
-        self._batch.reset(mask, seeds)
-        self._done[mask] = False
+        self._batch.reset(mask, seeds, given)
         self._begun = True
         return self._batch.observe(), with_masks(self._batch.judge(np.zeros(n, bool))[3], mask)
 
-    def step(self, actions: Any) -> tuple[dict, np.ndarray, np.ndarray, np.ndarray, dict]:
+    def step(self, actions: Any) -> Tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Info]:
         """Makes a step of each and returns (observations, rewards, terminated, truncated, infos)."""
         n, batch = self.num_envs, self._batch
         batch.require_open()
-        if not self._begun or (self.autoreset == "DISABLED" and self._done.any()):
+        if not self._begun or (self.autoreset == "DISABLED" and batch.done.any()):
             raise InputError("an episode is over, or none was begun; expected reset()")
-        again = self._done.copy()
-        given = batch.checked(actions, ~again)
+        again = batch.done.copy()
+        active = ~again
+        given = batch.checked(actions, active)
         if again.any():
             batch.reset(again, [None] * n)
-            self._done[:] = False
-        active = ~again
         batch.act(given, active)
         reward, terminated, truncated, info = batch.judge(active)
-        self._done = terminated | truncated
-        if self.autoreset == "SAME_STEP" and self._done.any():
-            ended, last = self._done.copy(), batch.observe()
-            finals = np.full(n, None, object)
-            for i in np.flatnonzero(ended):
-                finals[i] = {key: value[i].copy() for key, value in last.items()}
-            batch.reset(ended, [None] * n)
-            parts, final = info["reward"], with_masks(info, ended)
-            info = dict(batch.judge(np.zeros(n, bool))[3], reward=parts)
-            self._done = np.zeros(n, bool)
-            return batch.observe(), reward, terminated, truncated, dict(
-                with_masks(info, np.ones(n, bool)), final_obs=finals, _final_obs=ended, final_info=final,
-                _final_info=ended.copy())
-        return batch.observe(), reward, terminated, truncated, with_masks(info, np.ones(n, bool))
+        all_of_them = np.ones(n, bool)
+        if self.autoreset != "SAME_STEP" or not batch.done.any():
+            return batch.observe(), reward, terminated, truncated, with_masks(info, all_of_them)
+        ended, last = batch.done.copy(), batch.observe()
+        finals = np.full(n, None, object)
+        for i in np.flatnonzero(ended):
+            finals[i] = {key: value[i].copy() for key, value in last.items()}
+        batch.reset(ended, [None] * n)
+        parts, final = info["reward"], with_masks(info, ended)
+        info = dict(batch.judge(np.zeros(n, bool))[3], reward=parts)
+        return batch.observe(), reward, terminated, truncated, dict(
+            with_masks(info, all_of_them), final_obs=finals, _final_obs=ended, final_info=final, _final_info=ended.copy())
+
+    def snapshot(self, i: int) -> EnvSnapshot:
+        """That of the i-th environment, as Env.snapshot."""
+        return self._batch.snapshot(self._index(i))
+
+    def restore(self, i: int, snapshot: EnvSnapshot) -> None:
+        """Takes the i-th environment to a snapshot, of any of these or of an Env with the same arguments."""
+        self._batch.restore(self._index(i), snapshot)
+
+    def _index(self, i: int) -> int:
+        number = whole(i)
+        if number is None or not 0 <= number < self.num_envs:
+            raise IndexError(f"environment {i!r} of {self.num_envs}")
+        return number
+
+    def render(self) -> Optional[Tuple[NDArray[np.uint8], ...]]:
+        """Env.render of each."""
+        return self._batch.render()
+
+    def __repr__(self) -> str:
+        return _shown(self, f" x {self.num_envs}")
 
     def close(self, **_: Any) -> None:
         """Frees the simulations."""
-        self._batch.sim.close()
-        self._batch.pool.clear()
+        self._batch.close()
 
 
 def _arguments(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -266,19 +385,19 @@ def make(name: str, **arguments: Any) -> Env:
     return Env(**_arguments(name, arguments))
 
 
-def make_vec(name: str, n: int, **arguments: Any) -> VectorEnv:
-    """n environments of that name at once. Arguments are those of VectorEnv."""
-    return VectorEnv(n=n, **_arguments(name, arguments))
+def make_vec(name: str, num_envs: int, **arguments: Any) -> VectorEnv:
+    """So many environments of that name at once. Arguments are those of VectorEnv."""
+    return VectorEnv(num_envs=num_envs, **_arguments(name, arguments))
 
 
 def check_env(env: Env, seed: int = 0, steps: int = 10) -> None:
     """Checks the contract: spaces, 5-tuples, dtypes, bounds, and that a seed gives the same episode. Raises
     AssertionError with what is wrong."""
-    def follow() -> list[tuple]:
+    def follow() -> list[Tuple[Observation, Any]]:
         env.action_space.seed(seed)
         observation, info = env.reset(seed=seed)
         assert isinstance(info, dict), "info is no dict"
-        made: list[tuple] = [(observation, info.get("hash"))]
+        made: list[Tuple[Observation, Any]] = [(observation, info.get("hash"))]
         for _ in range(steps):
             action = env.action_space.sample()
             assert env.action_space.contains(action), "a sample lies outside the action space"
@@ -315,4 +434,5 @@ def check_env(env: Env, seed: int = 0, steps: int = 10) -> None:
 if spaces.gymnasium:
     for _name in ENVIRONMENTS:
         if _name not in spaces.gymnasium.registry:
-            spaces.gymnasium.register(_name, entry_point="seldinger.gym:Env", kwargs=ENVIRONMENTS[_name])
+            spaces.gymnasium.register(_name, entry_point="seldinger.gym:Env", vector_entry_point="seldinger.gym:VectorEnv",
+                                      max_episode_steps=MAX_EPISODE_STEPS, kwargs=ENVIRONMENTS[_name])
