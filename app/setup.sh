@@ -18,7 +18,7 @@ run="
 python="pybind11-dev python3-dev python3-numpy"
 tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian
-    python3-pytest python3-cloudpickle python3-jsonschema mypy slurmctld slurmd slurm-client zsh fish
+    python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
 "
 tools="doxygen mkdocs mkdocs-material debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
 

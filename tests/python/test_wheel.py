@@ -1,8 +1,13 @@
+import importlib.util
 import os
+import re
+import shutil
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
+
+import pytest
 
 SOURCE = Path(__file__).resolve().parents[2]
 
@@ -29,3 +34,27 @@ def test_a_wheel_works_where_nothing_of_the_source_is(tmp_path):
                             env=dict(environment, PYTHONPATH=str(tmp_path / "site")))
     assert result.stdout.split()[1:] == ["0", "23", "tracking2d"], result.stderr
     assert result.stdout.startswith(str(tmp_path / "site"))
+
+
+def test_a_bundled_package_takes_every_library_but_the_c_library_from_itself(tmp_path):
+    if not shutil.which("patchelf"):
+        pytest.skip("no patchelf")
+    package = Path(os.environ["PYTHONPATH"].split(":")[0]).resolve() / "seldinger"
+    spec = importlib.util.spec_from_file_location("wheel", SOURCE / "app" / "python" / "wheel.py")
+    wheel = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(wheel)
+    copy, libs, platform = wheel.bundled(package, tmp_path)
+    assert re.fullmatch(r"manylinux_2_\d+_\w+", platform)
+    text = ("import seldinger as sd; sim = sd.Simulation('s_bend', cache=''); sim.step(); sim.image(64); "
+            "print(*{line.split()[-1] for line in open('/proc/self/maps') if '.so' in line}, sep='\\n')")
+    result = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, cwd=tmp_path,
+                            env={**os.environ, "PYTHONPATH": str(tmp_path), "SELDINGER_ASSETS": str(SOURCE / "assets")})
+    assert result.returncode == 0, result.stderr
+    loaded = {Path(line) for line in result.stdout.splitlines()}
+    of_us = {path.name for path in loaded if path.parent == libs}
+    assert {"libOSMesa.so.8", "libassimp.so.5"} & of_us or "libEGL.so.1" in of_us
+    # Nothing of ours comes from the system as well.
+    assert not {path for path in loaded if path.parent != libs and path.name in {p.name for p in libs.iterdir()}}
+    metadata = wheel.metadata("1.2.3")
+    for line in ("Version: 1.2.3", "License: MIT License", "Requires-Dist: numpy"):
+        assert line in metadata.splitlines()
