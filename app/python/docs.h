@@ -96,9 +96,9 @@ inline constexpr const char* anatomy =
 'vertices_mm' (n, 3) of the lumen's mesh.)";
 inline constexpr const char* about =
     "The scenario as a dict: name, title, frame_rate_hz, time_limit_s (or None), devices (how many), "
-    "device_names, target_by "
-    "(one of\n"
-    "them), target_radius_mm, pixels, field_mm (of view, at the isocentre), lao_deg, cranial_deg (of "
+    "device_names, device_lengths_mm, "
+    "device_diameters_mm, target_by (one of\n"
+    "the names), target_radius_mm, pixels, field_mm (of view, at the isocentre), lao_deg, cranial_deg (of "
     "the C-arm at the start), "
     "wire_length_mm.";
 inline constexpr const char* path_from =

@@ -370,9 +370,15 @@ public:
         made["frame_rate_hz"] = s.frame_rate;
         made["time_limit_s"] = s.time_limit ? py::object(py::float_(*s.time_limit)) : py::none();
         made["devices"] = s.devices.size();
-        py::list names;
-        for (const scenario::PlacedDevice& placed : s.devices) names.append(std::string(placed.name()));
+        py::list names, lengths, diameters;
+        for (const scenario::PlacedDevice& placed : s.devices) {
+            names.append(std::string(placed.name()));
+            lengths.append(placed.device.length);
+            diameters.append(placed.device.outer_diameter);
+        }
         made["device_names"] = names;
+        made["device_lengths_mm"] = lengths;
+        made["device_diameters_mm"] = diameters;
         made["target_by"] = std::string(script::name_of(s.target.device));
         made["target_radius_mm"] = s.target.radius;
         made["pixels"] = s.c_arm.pixels;

@@ -36,7 +36,7 @@ def blocks(page):
     return re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", (PAGES / page).read_text(), re.S)
 
 
-@pytest.mark.parametrize("page", ["start.md", "environments.md", "cookbook.md"])
+@pytest.mark.parametrize("page", ["start.md", "environments.md", "cookbook.md", "other-simulators.md"])
 def test_recipes_run_and_print_what_their_page_says(page, cache, tmp_path):
     (tmp_path / "seldinger").symlink_to(cache)
     assert blocks(page)

@@ -6,7 +6,7 @@
     image = sim.image(pixels=256)                # (256, 256) uint8, made only when asked for
     snapshot = sim.snapshot(); sim.restore(snapshot)
 
-Many at once: VectorSimulation. Environments: seldinger.gym. Interfaces with the names of other simulators:
+Many at once: VectorSimulation. Environments: seldinger.gym. Other simulators' interfaces:
 seldinger.compat. Lengths are in mm, forces in N, angles as named.
 """
 

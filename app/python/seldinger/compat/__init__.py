@@ -1,4 +1,4 @@
-"""Interfaces with the names of other simulators, over ours: compat.eve (stEVE), compat.cathsim (CathSim)."""
+"""Other simulators' interfaces over ours: compat.eve runs stEVE, which it needs; compat.cathsim is CathSim's environment."""
 
 
 def __getattr__(name):
