@@ -77,7 +77,7 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
 }
 
 /// To be raised whenever the same PatientSpec gives another body, or the layout of a kept one changes.
-constexpr std::uint64_t body_version = 5;
+constexpr std::uint64_t body_version = 7;
 
 /// Covers all that a body is made from.
 std::uint64_t key_of(const render::PatientSpec& spec) {

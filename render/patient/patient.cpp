@@ -158,6 +158,16 @@ shape::Solid trunk(const Outline& outline, double fraction, double inset) {
         }
         body.keep(shape::half_space(Vec3(0, 0, low + less), Vec3(0, 0, -1)));
     }
+    // Breasts: fat on the chest, more in some than in others.
+    if (high > 350.0) {
+        const double full = std::clamp(1.0 + 0.6 * Chance(spec.seed).normal("breasts"), 0.3, 2.2);
+        for (const Side side : {left, right}) {
+            const Vec3 half(54.0, 15.0 + 4.0 * full, 46.0 + 3.0 * full);
+            const Vec3 middle = side.at(78.0 + 2.0 * side.sign, chest_front + 19.0, 302.0 - 5.0 * full);
+            body.add(shape::ellipsoid(middle, half - fraction * Vec3(16, 22, 16) - Vec3::Constant(inset)),
+                     0.0, 26.0);
+        }
+    }
     // Arms, from the shoulder to the elbow.
     if (high > 350.0) {
         const Vec3 joint = shoulder_joint(outline.chest), direction = arm_direction(outline.chest);
@@ -207,21 +217,49 @@ TriangleMesh surface_of(const shape::Solid& solid, double cell) {
 
 }  // namespace
 
-void Bones::add(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place) {
+void Bones::add(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place, double plaques) {
     for (const auto& [from, to] : {std::pair{&surfaces.outer, &outer}, {&surfaces.core, &core}}) {
         TriangleMesh mesh = *from;
         for (Vec3& v : mesh.vertices) v = place * v;
         append(*to, mesh);
     }
+    softened_.push_back({outer.triangles.size(), plaques});
 }
 
-void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place) {
+void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place, double plaques) {
     shape::Surfaces mirrored = surfaces;
     for (TriangleMesh* mesh : {&mirrored.outer, &mirrored.core}) {
         for (Vec3& v : mesh->vertices) v.x() = -v.x();
         for (auto& triangle : mesh->triangles) std::swap(triangle[1], triangle[2]);
     }
-    add(mirrored, place);
+    add(mirrored, place, plaques);
+}
+
+void Bones::add_canal(const std::vector<shape::Station>& course, std::uint64_t field,
+                      const Eigen::Isometry3d& place, bool mirror) {
+    shape::Compound canal;
+    canal.add(shape::sweep(course, Vec3::UnitX(), 2.0, [field](double along, double angle) {
+        return 1.1 * shape::noise(Vec3(along, 7.0 * std::cos(angle), 7.0 * std::sin(angle)), 14.0, field) +
+               0.7 * shape::noise(Vec3(along, 7.0 * std::cos(angle), 7.0 * std::sin(angle)), 5.0, field + 1);
+    }));
+    TriangleMesh mesh = shape::polygonised(canal, 2.4).outer;
+    for (Vec3& v : mesh.vertices) {
+        if (mirror) v.x() = -v.x();
+        v = place * v;
+    }
+    if (mirror)
+        for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+    append(canals, mesh);
+}
+
+void Bones::add_poor_marrow(const Vec3& middle, const Vec3& axis, double along, double across, double by) {
+    TextureBlob blob;
+    blob.middle = middle.cast<float>();
+    blob.axis = axis.cast<float>();
+    blob.radius = static_cast<float>(across);
+    blob.elongation = static_cast<float>(along / across);
+    blob.fraction = static_cast<float>(-by);
+    trabeculae.push_back(blob);
 }
 
 void Bones::add_grain(const shape::Surfaces& surfaces, const shape::Compound& shape, double per_area,
@@ -258,23 +296,33 @@ void Bones::add_grain(const shape::Surfaces& surfaces, const shape::Compound& sh
 }
 
 void Bones::add_plaques(std::uint64_t field) {
-    constexpr double per_area = 0.30;  // [1/mm²]
+    constexpr double per_area = 0.24;  // [1/mm²]
     geometry::Random random(field);
-    scatter(outer, per_area, random, [&](const Vec3& at, const Vec3& inward) {
+    TriangleMesh bone{outer.vertices, {}};
+    double plaques = 0.0;
+    const auto draw = [&](const Vec3& at, const Vec3& inward) {
         const double x = random.between(-0.4, 0.4), y = random.between(-0.4, 0.4),
-                     z = random.between(-0.4, 0.4), depth = random.between(-0.2, 0.9), wide = random(),
-                     thick = random.between(0.9, 1.9);
+                     z = random.between(-0.4, 0.4), depth = random.between(0.0, 1.7), wide = random(),
+                     thick = random.between(1.1, 2.2);
         TextureBlob blob;
         blob.middle = (at + depth * inward).cast<float>();
         blob.axis = (inward + Vec3(x, y, z)).normalized().cast<float>();
-        blob.radius = static_cast<float>(1.3 + 2.0 * wide * wide);
+        blob.radius = static_cast<float>(1.4 + 2.2 * wide * wide);
         blob.elongation = static_cast<float>(thick) / blob.radius;
         // Together as much bone as the meshes' shells lack.
-        const double lies = shape::thinner_by / per_area;
+        const double lies = plaques / per_area;
         blob.fraction = static_cast<float>(
             std::min(0.9, lies / (content(blob) / blob.fraction) * random.between(0.7, 1.3)));
         trabeculae.push_back(blob);
-    });
+    };
+    std::size_t from = 0;
+    for (const Softened& part : softened_) {
+        bone.triangles.assign(outer.triangles.begin() + static_cast<std::ptrdiff_t>(from),
+                              outer.triangles.begin() + static_cast<std::ptrdiff_t>(part.end));
+        plaques = part.plaques;
+        scatter(bone, per_area, random, draw);
+        from = part.end;
+    }
 }
 
 void Bones::add_trabecula(const Vec3& from, const Vec3& to, double radius) {
@@ -399,7 +447,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     bones.add_plaques(chance.field("plaques of the cortex"));
 
     std::vector<TissueLayer> layers;
-    layers.push_back({"skin and fat", Material::Adipose, Material::Air,
+    layers.push_back({"body", Material::SoftTissue, Material::Air,
                       surface_of(trunk(outline, 0.0, 0.0), skin_cell), false});
     layers.push_back({"trunk", Material::SoftTissue, Material::Adipose,
                       surface_of(trunk(outline, 1.0, 0.0), skin_cell), false});
@@ -407,6 +455,9 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     layers.back().texture_blobs = std::move(bones.trabeculae);
     layers.push_back(
         {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
+    if (!bones.canals.triangles.empty())
+        layers.push_back(
+            {"yellow marrow", Material::Adipose, Material::TrabecularBone, std::move(bones.canals), false});
     if (with_abdomen) {
         // Behind the wall of the belly, in front of the muscles of the back, above the floor of the pelvis
         // and below the diaphragm.
@@ -427,9 +478,12 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     }
     if (with_chest) add_chest_layers(layers, thorax, chance);
     if (with_head && to > 560.0) add_head_layers(layers, chance);
-    layers[1].texture_blobs =
-        tissue_texture(chance, textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
-                                               std::min(high, to + beyond)));
+    const shape::Solid tissue =
+        tabulated(textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
+                                  std::min(high, to + beyond)),
+                  11.0);
+    layers[1].texture_blobs = tissue_texture(chance, tissue);
+    add_skin_and_muscles(layers, chance, trunk(outline, 0.0, 0.0), tissue, thorax, skin_behind - spec.depth);
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += askew(chance, fields, v) + spec.origin;
         for (TextureBlob& blob : layer.texture_blobs) {

@@ -12,6 +12,7 @@
 namespace render {
 namespace {
 
+constexpr double rib_plaques = 0.35;      // of the shell [mm]
 constexpr double pleura_to_rib = 5.0;     // from the lungs to the middle of a rib [mm]
 constexpr double sternum_to_skin = 26.0;  // from the lungs' front to the skin [mm]
 
@@ -281,7 +282,7 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
         // Toward the cartilage a rib is broader, and its shell thinner.
         const double ahead = std::clamp((t - 0.6) / 0.4, 0.0, 1.0);
         const double uneven = 1.0 + 0.05 * shape::noise(Vec3(90.0 * t, 40.0, 0), 9.0, field);
-        add(p, uneven * (1.0 + 0.10 * ahead * ahead), 1.0 - 0.55 * ahead);
+        add(p, uneven * (1.0 + 0.10 * ahead * ahead), 0.6 - 0.35 * ahead);
     }
     // Thins out in front, where the cartilage begins.
     const Vec3 end = sections.back().at, on = (end - sections[sections.size() - 2].at).normalized();
@@ -306,8 +307,7 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
     sections.front().at += 0.7 * (sections[1].at - sections[0].at).normalized();
     sections.back().at -= 0.5 * on;
     for (const RibSection& section : sections) core.push_back(ring_of(section, true));
-    append(bones.outer, loft(outer));
-    append(bones.core, loft(core));
+    bones.add({loft(outer), loft(core)}, Eigen::Isometry3d::Identity(), rib_plaques);
     add_cartilage(bones, chest, chance, number, end, rib.half_height, side);
 }
 

@@ -96,14 +96,14 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     // Left: knob of the aorta, pulmonary trunk and hilum, subclavian artery. Right: azygos vein and hilum,
     // brachiocephalic vessels.
     const double trunk = side.sign > 0.0
-                             ? 9.0 * hump(372.0, 16.0) + 21.0 * hump(333.0, 17.0) + 7.0 * hump(425.0, 26.0)
-                             : 6.0 * hump(366.0, 9.0) + 16.0 * hump(330.0, 20.0) + 8.0 * hump(415.0, 34.0);
+                             ? 10.0 * hump(374.0, 15.0) + 15.0 * hump(333.0, 19.0) + 7.0 * hump(425.0, 26.0)
+                             : 6.0 * hump(366.0, 9.0) + 13.0 * hump(327.0, 23.0) + 8.0 * hump(415.0, 34.0);
     const auto rise = [](double from, double to, double at) {
         const double t = std::clamp((at - from) / (to - from), 0.0, 1.0);
         return t * t * (3.0 - 2.0 * t);
     };
-    const double uneven = 3.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
-                          1.4 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
+    const double uneven = 4.6 * shape::noise(Vec3(40.0 * side.sign, y, z), 34.0, 5) +
+                          1.8 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
     const double ahead_of_spine = std::max(front - cage_front, 40.0),
                  depth = std::clamp((behind_sternum - 8.0) / (ahead_of_spine - 8.0), 0.0, 1.0);
     // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
@@ -173,11 +173,11 @@ private:
 };
 
 /// Arteries and veins of a lung: trees that divide its points among their branches, from trunks at the hilum.
-/// Radii follow Murray's law with the exponent 2 (estimate) from 0.46 mm at the ends.
+/// Radii follow Murray's law with an exponent of 2.3 (estimate) from 0.44 mm at the ends.
 class LungVessels {
 public:
     LungVessels(const Lung& lung, Side side, std::uint64_t seed) : lung_(lung), random_(seed) {
-        constexpr int ends = 230;
+        constexpr int ends = 360;
         draw_trunks(side);
         for (const double lower : {0.0, 16.0}) {
             const Vec3 hilum = side.at(48.0, spine_front(335.0) - 18.0 - lower, 336.0 - 1.6 * lower);
@@ -217,12 +217,14 @@ public:
     }
 
 private:
+    static constexpr double exponent = 2.3;
+
     void grow(std::vector<Vec3> points, const Vec3& from) {
         Vec3 middle = Vec3::Zero();
         for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
         const bool last = points.size() == 1;
         const Vec3 to = last ? middle : Vec3(from + random_.between(0.32, 0.5) * (middle - from));
-        draw(from, to, 0.46 * std::pow(static_cast<double>(points.size()), 1.0 / 2.0));
+        draw(from, to, 0.44 * std::pow(static_cast<double>(points.size()), 1.0 / exponent));
         if (last) return;
         // Divides across the direction in which the points spread most.
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -238,18 +240,58 @@ private:
         grow({points.begin() + cut, points.end()}, to);
     }
 
-    /// The artery between the lobes and the vein below it: most of what a hilum shows.
+    /// The artery between the lobes with its branches, and veins: most of what a hilum shows.
     void draw_trunks(Side side) {
         const double y = spine_front(330.0) - 14.0, lower = side.sign > 0.0 ? 0.0 : -8.0;
-        draw(side.at(46, y, 344 + lower), side.at(65, y + 2, 324 + lower), 7.5);
-        draw(side.at(65, y + 2, 324 + lower), side.at(76, y + 8, 298 + lower), 6.5);
-        draw(side.at(76, y + 8, 298 + lower), side.at(84, y + 16, 266 + lower), 5.0);
-        draw(side.at(84, y + 16, 266 + lower), side.at(86, y + 24, 240 + lower), 3.2);
-        draw(side.at(76, y + 8, 298 + lower), side.at(98, y + 4, 280 + lower), 3.4);
-        draw(side.at(54, y - 6, 346 + lower), side.at(66, y - 12, 374 + lower), 5.0);
-        draw(side.at(66, y - 12, 374 + lower), side.at(74, y - 10, 400 + lower), 3.2);
-        draw(side.at(50, y - 8, 318 + lower), side.at(84, y - 2, 304 + lower), 4.6);
-        draw(side.at(60, y - 12, 340 + lower), side.at(92, y - 22, 346 + lower), 3.6);
+        const auto at = [&](double x, double back, double z) { return side.at(x, y + back, z + lower); };
+        taper({at(46, 0, 344), at(64, 2, 326), at(75, 8, 300), at(83, 16, 268), at(86, 24, 236)}, 6.4, 2.0);
+        taper({at(72, 6, 306), at(88, 4, 290), at(104, -2, 278)}, 3.2, 1.6);
+        taper({at(78, 12, 284), at(94, 18, 262), at(104, 26, 236)}, 2.9, 1.3);
+        taper({at(54, -6, 344), at(64, -12, 372), at(78, -8, 396), at(84, 0, 414)}, 4.2, 1.2);
+        taper({at(62, -12, 368), at(78, -24, 384), at(92, -34, 392)}, 2.6, 1.1);
+        taper({at(50, -8, 318), at(70, -6, 306), at(92, -2, 300), at(112, 6, 290)}, 4.0, 1.4);
+        taper({at(58, -12, 340), at(78, -24, 346), at(98, -40, 344)}, 3.4, 1.2);
+        taper({at(62, 4, 332), at(82, 22, 336), at(98, 44, 330)}, 3.0, 1.2);
+        for (int k = 0; k < 14; ++k) {
+            const double turn = random_.between(-1.3, 1.3), rise = random_.between(-1.2, 1.2),
+                         length = random_.between(24, 52), wide = random_.between(1.0, 2.4),
+                         off = random_.between(-9, 9), z = random_.between(300, 352);
+            const Vec3 from = at(58 + 0.5 * off, off, z);
+            const Vec3 way = side.at(std::cos(turn) * std::cos(rise), std::sin(turn), std::sin(rise));
+            taper({from, from + 0.5 * length * way, from + length * (way + Vec3(0, 0, 0.1 * off / 9.0))},
+                  wide, 0.6 * wide);
+        }
+    }
+
+    /// A vessel that winds a little and narrows on its way.
+    void taper(const std::vector<Vec3>& course, double from, double to) {
+        constexpr int pieces = 4;
+        Polyline path;
+        std::vector<double> radii;
+        const auto count = static_cast<int>(course.size());
+        for (int i = 0; i + 1 < count; ++i) {
+            const Vec3 &before = course[std::max(i - 1, 0)], &a = course[i], &b = course[i + 1],
+                       &after = course[std::min(i + 2, count - 1)];
+            for (int k = i == 0 ? 0 : 1; k <= pieces; ++k) {
+                const double t = static_cast<double>(k) / pieces, t2 = t * t, t3 = t2 * t;
+                const double x = random_.between(-1, 1), y = random_.between(-1, 1),
+                             z = random_.between(-1, 1);
+                const Vec3 p = (2 * t3 - 3 * t2 + 1) * a + 0.5 * (t3 - 2 * t2 + t) * (b - before) +
+                               (3 * t2 - 2 * t3) * b + 0.5 * (t3 - t2) * (after - a) + 0.6 * Vec3(x, y, z);
+                const double part = (i + t) / (count - 1), radius = from + part * (to - from);
+                if (!lung_.holds(p, lung_gap + radius + 1.2)) {
+                    if (path.size() > 1) break;
+                    path.clear();
+                    radii.clear();
+                    continue;
+                }
+                path.push_back(p);
+                radii.push_back(path.size() == 1 ? 0.4 * radius : radius);
+            }
+        }
+        if (path.size() < 2) return;
+        radii.back() *= 0.4;
+        append(mesh_, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, 8));
     }
 
     void draw(const Vec3& from, const Vec3& to, double radius) {

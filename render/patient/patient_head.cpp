@@ -20,10 +20,18 @@ TriangleMesh teeth(const Chance& chance) {
         for (int i = 0; i < 14; ++i) {
             const double angle = (i - 6.5) * 0.215,
                          molar = std::clamp((std::abs(i - 6.5) - 2.5) / 3.0, 0.0, 1.0);
-            const double out = upper ? 46.0 : 44.5, row = upper ? -71.0 : -73.0, up = upper ? 1.0 : -1.0;
-            const Vec3 edge(27.0 * std::sin(angle), -28.0 - out * std::cos(angle), row);
-            const double tilt = 0.8 * chance.normal("tooth", i + (upper ? 0 : 14)),
-                         length = 19.0 - 3.0 * molar;
+            const int index = i + (upper ? 0 : 14);
+            // Of both sides, neither stands where the other does; now and then one is lost.
+            const double aside_by = 0.9 * chance.normal("place of a tooth", index) + (i < 7 ? 1.3 : -0.6),
+                         deeper = 0.9 * chance.normal("height of a tooth", index) + (i < 7 ? 0.7 : -0.4);
+            if (chance.normal("lost tooth", index) > 1.7) continue;
+            const double out = upper ? 46.0 : 44.5, row = (upper ? -71.0 : -73.0) + deeper,
+                         up = upper ? 1.0 : -1.0;
+            const Vec3 edge = Vec3(27.0 * std::sin(angle), -28.0 - out * std::cos(angle), row) +
+                              aside_by * Vec3(std::cos(angle), std::sin(angle), 0);
+            const double tilt = 1.6 * chance.normal("tooth", index),
+                         length =
+                             (19.0 - 3.0 * molar) * (1.0 + 0.07 * chance.normal("length of a tooth", index));
             const Vec3 inward = Vec3(-std::sin(angle), std::cos(angle), 0.0);
             const auto at = [&](double part, double aside) -> Vec3 {
                 return edge + part * length * (up * Vec3::UnitZ() + 0.12 * inward) +
@@ -31,14 +39,14 @@ TriangleMesh teeth(const Chance& chance) {
             };
             append(all,
                    tube({at(0, 0), at(0.08, 0), at(0.25, 0), at(0.42, 0)}, inward,
-                        {1.2 + 2.4 * molar, 2.6 + 2.0 * molar, 3.4 + 1.8 * molar, 2.8 + 1.6 * molar},
-                        {2.6 + 1.4 * molar, 3.2 + 1.6 * molar, 3.3 + 1.8 * molar, 2.4 + 1.8 * molar}, 10));
+                        {1.2 + 2.0 * molar, 2.6 + 1.4 * molar, 3.2 + 1.2 * molar, 2.2 + 0.8 * molar},
+                        {2.6 + 1.4 * molar, 3.2 + 1.6 * molar, 3.3 + 1.6 * molar, 2.2 + 1.4 * molar}, 10));
             for (const double root : {-1.0, 1.0}) {
                 if (molar < 0.5 && root > 0.0) continue;
                 const double aside = molar < 0.5 ? 0.0 : 2.2 * root;
                 append(all, tube({at(0.43, 0.8 * aside), at(0.7, aside), at(1.0, 1.2 * aside)}, inward,
-                                 {2.4 - 0.4 * molar, 1.8 - 0.3 * molar, 0.6},
-                                 {2.0 - 0.5 * molar, 1.5 - 0.3 * molar, 0.5}, 8));
+                                 {1.9 - 0.3 * molar, 1.3 - 0.2 * molar, 0.4},
+                                 {1.6 - 0.4 * molar, 1.1 - 0.2 * molar, 0.4}, 8));
             }
         }
     }

@@ -35,11 +35,22 @@ private:
 struct Bones {
     geometry::TriangleMesh outer;
     geometry::TriangleMesh core;
+    geometry::TriangleMesh canals;  // of long bones, with yellow marrow
     std::vector<TextureBlob> trabeculae;
 
-    void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
+    /// `plaques`: how much of the cortex add_plaques draws [mm].
+    void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(),
+             double plaques = shape::thinner_by);
     /// The same surfaces mirrored in the plane x = 0, then placed.
-    void add_mirrored(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
+    void add_mirrored(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(),
+                      double plaques = shape::thinner_by);
+    /// The canal of a long bone along its middle line.
+    void add_canal(const std::vector<shape::Station>&, std::uint64_t field, const Eigen::Isometry3d& place,
+                   bool mirror);
+    /// Marrow with less bone than its mean, as in the middle of a vertebral body: an ellipsoid of revolution
+    /// about `axis` with half-axes `along` and `across`, emptier by `by` of the place in its middle.
+    void add_poor_marrow(const geometry::Vec3& middle, const geometry::Vec3& axis, double along,
+                         double across, double by);
     /// Places in the marrow of a solid that are denser or emptier than its mean, `per_area` tries for each
     /// mm² of its surface, down to `deepest` mm, from 0.5 mm to `coarsest` in half-axis: large ones are rare,
     /// so that texture has all scales. Thin ones are long and run the way of `along`: the longer that is, the
@@ -53,6 +64,11 @@ struct Bones {
     void add_plaques(std::uint64_t field);
 
 private:
+    struct Softened {
+        std::size_t end;  // of the triangles of `outer`
+        double plaques;   // [mm]
+    };
+    std::vector<Softened> softened_;
     double balance_ = 0.0;  // of the bone in trabeculae, more and less [mm³]
 };
 
@@ -112,6 +128,15 @@ shape::Solid lung_space(const Chest&, Side);
 /// mammograms: about that, Burgess 2001).
 std::vector<TextureBlob> tissue_texture(const Chance&, const shape::Solid& tissue);
 
+/// The same distances at the nodes of a grid, linear between them: a place costs nothing then.
+shape::Solid tabulated(const shape::Solid&, double cell);
+
+/// The skin; septa and creases in the fat under it; fat between the muscles and in them. `body`: what the
+/// skin encloses; `tissue`: flesh without lungs and brain; `front`: y of the belly's skin. The first two
+/// layers are the body's and its flesh's.
+void add_skin_and_muscles(std::vector<TissueLayer>&, const Chance&, const shape::Solid& body,
+                          const shape::Solid& tissue, const Chest&, double front);
+
 /// `flesh`: what is under the fat of the skin; `cavity`: what the muscles of belly, back and pelvis enclose;
 /// `front`: y of the skin in front of it.
 void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& flesh,
@@ -122,7 +147,7 @@ void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::S
 /// Riolo 1974).
 Eigen::Isometry3d at_sella();
 inline const geometry::Vec3 vault(0.0, 20.0, 28.0);  // middle of the skull's vault [mm]
-constexpr double sinus_wall = 0.6;                   // thin bone around air [mm]
+constexpr double sinus_wall = 0.55;                  // thin bone around air [mm]
 /// What the tables of the skull enclose.
 shape::Solid cranial_cavity(const Chance&);
 double skull_thickness(const geometry::Vec3&);

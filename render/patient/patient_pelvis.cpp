@@ -16,7 +16,8 @@ using geometry::degree;
 
 namespace {
 
-constexpr double hip_cell = 2.2, femoral_cell = 2.2;  // of the grids [mm]
+constexpr double hip_plaques = 0.55, femoral_plaques = 0.4;  // [mm]
+constexpr double hip_cell = 2.5, femoral_cell = 2.2;         // of the grids [mm]
 
 /// Middle of the left hip joint: 178 mm between both (estimate; texts give 160 to 190), head 24 mm in radius
 /// (men: 48 to 50 mm in diameter).
@@ -101,7 +102,7 @@ shape::Compound hip_bone(const Chance& chance) {
     shape.cut(shape::half_space(Vec3(2.2, 0, 0), Vec3::UnitX()), 0.0);  // symphysis
     // The joint with the sacrum, some 2.5 mm wide: both faces are rough.
     shape.clear_of(sacrum(), 3.2);
-    shape.roughen(0.33, 0.3, chance.field("hip cortex"));
+    shape.roughen(0.42, 0.3, chance.field("hip cortex"));
     return shape;
 }
 
@@ -110,15 +111,35 @@ shape::Compound hip_bone(const Chance& chance) {
 const Vec3 shaft_top = hip_joint + Vec3(43.0, 10.0, -32.0);
 const Vec3 shaft_direction(-0.115, -0.02, -0.993);
 
+Vec3 along_shaft(double length, double x = 0.0, double y = 0.0) {
+    // Bowed forward by 8 mm at the middle of 420 mm.
+    const double bow = -8.0 * std::sin(std::numbers::pi * std::clamp(length / 420.0, 0.0, 1.0));
+    return shaft_top + length * shaft_direction + Vec3(x, y + bow, 0.0);
+}
+
+double length_of_shaft(double low) {
+    return std::max(60.0, (shaft_top.z() - low) / -shaft_direction.z() - 14.0);
+}
+
+/// Its canal, from below the trochanters.
+std::vector<shape::Station> femoral_canal(double low) {
+    const double length = std::min(length_of_shaft(low) - 8.0, 330.0);
+    std::vector<shape::Station> canal;
+    for (const auto& [s, radius] :
+         {std::pair{26.0, 3.0}, {38.0, 6.0}, {56.0, 7.4}, {90.0, 6.4}, {150.0, 5.9}, {240.0, 6.0}}) {
+        if (s < length - 10.0) canal.push_back({along_shaft(s), radius, radius});
+    }
+    canal.push_back({along_shaft(length), 6.0, 6.0});
+    return canal;
+}
+
 /// The left femur down to a height. Neck 34 mm high and 27 wide, shaft 29 mm wide with walls of 7 mm; head
 /// 48 mm (Noble 1988; Gray).
 shape::Compound femur(const Chance& chance, double low) {
-    const auto along = [](double length, double x = 0.0, double y = 0.0) -> Vec3 {
-        // Bowed forward by 8 mm at the middle of 420 mm.
-        const double bow = -8.0 * std::sin(std::numbers::pi * std::clamp(length / 420.0, 0.0, 1.0));
-        return shaft_top + length * shaft_direction + Vec3(x, y + bow, 0.0);
+    const auto along = [](double length, double x = 0.0, double y = 0.0) {
+        return along_shaft(length, x, y);
     };
-    const double length = std::max(60.0, (shaft_top.z() - low) / -shaft_direction.z() - 14.0);
+    const double length = length_of_shaft(low);
     std::vector<shape::Station> shaft;
     for (double s : {-12.0, 10.0, 35.0, 60.0, 100.0, 160.0, 240.0, 320.0, 380.0}) {
         if (s > length) break;
@@ -159,7 +180,7 @@ shape::Compound femur(const Chance& chance, double low) {
             {{hip_joint + Vec3(48, 28, -16), 6, 5}, {along(8, -2, 15), 5, 5}, {along(28, -12, 14), 5, 5}},
             Vec3::UnitX()),
         1.2, 6.0);
-    shape.roughen(0.16, 0.4, chance.field("femoral cortex"));
+    shape.roughen(0.16, 0.4, chance.field("femoral cortex"), femoral_plaques);
     return shape;
 }
 
@@ -234,14 +255,17 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
             AngleAxisd(1.0 * chance.normal("abduction", index) * degree, Vec3::UnitY()) *
             Translation3d(-joint);
         const std::size_t outer = bones.outer.vertices.size(), core = bones.core.vertices.size();
-        index == 0 ? bones.add(hip) : bones.add_mirrored(hip);
+        const Isometry3d still = Isometry3d::Identity();
+        index == 0 ? bones.add(hip, still, hip_plaques) : bones.add_mirrored(hip, still, hip_plaques);
         bones.add_grain(hip, hip_shape, 0.25, 10.0, 5.0, Vec3(0.35, 0, 0.5),
-                        chance.field("hip trabeculae", index), Isometry3d::Identity(), index == 1);
+                        chance.field("hip trabeculae", index), still, index == 1);
         make_uneven(bones.outer, outer, chance, side);
         make_uneven(bones.core, core, chance, side);
-        index == 0 ? bones.add(thigh_bone, turned) : bones.add_mirrored(thigh_bone, turned);
+        index == 0 ? bones.add(thigh_bone, turned, femoral_plaques)
+                   : bones.add_mirrored(thigh_bone, turned, femoral_plaques);
         bones.add_grain(thigh_bone, thigh, 0.3, 16.0, 4.0, Vec3(-0.2, 0, 0.6),
                         chance.field("femoral grain", index), turned, index == 1);
+        bones.add_canal(femoral_canal(low), chance.field("femoral canal", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }
 }

@@ -12,7 +12,7 @@ using Eigen::Translation3d;
 
 namespace {
 
-constexpr double skull_cell = 2.0;  // of the grid [mm]
+constexpr double skull_cell = 2.15;  // of the grid [mm]
 
 double step_up(double from, double to, double x) {
     const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -28,7 +28,8 @@ double bell(double x) {
 double floor_of(double x, double y) {
     const double aside = std::abs(x);
     // Front: orbital roofs rise to the sides of the cribriform plate.
-    const double front = 3.0 + 9.0 * bell((aside - 30.0) / 20.0) - 5.0 * bell(x / 7.0);
+    const double front =
+        3.0 + 10.0 * bell((aside - 30.0) / 20.0) * bell((y + 48.0) / 30.0) - 5.0 * bell(x / 7.0);
     const double middle = 1.0 - 24.0 * step_up(10.0, 24.0, aside) + 16.0 * step_up(48.0, 66.0, aside);
     const double behind = -12.0 - 30.0 * step_up(10.0, 26.0, y) + 24.0 * step_up(70.0, 104.0, y) +
                           10.0 * step_up(35, 66, aside);
@@ -57,7 +58,9 @@ shape::Solid cranial_cavity(const Chance& chance) {
                 const double sum = power.dot(q), k0 = std::pow(sum, 1.0 / 2.3);
                 const double slope = power.cwiseQuotient(Vec3(widen, 84.0, 64.0 * tall)).norm() * k0 / sum;
                 const double round = (k0 - 1.0) / slope + 0.5 * shape::noise(p, 13.0, field);
-                const double floor = 0.75 * (floor_of(p.x(), p.y()) - p.z());
+                // The brain leaves ridges and hollows on its floor.
+                const double ridges = 0.9 * shape::noise(Vec3(p.x(), p.y(), 0.0), 17.0, field + 1);
+                const double floor = 0.72 * (floor_of(p.x(), p.y()) + ridges - p.z());
                 return std::max(round, floor) +
                        0.25 * std::pow(std::max(0.0, 4.0 - std::abs(round - floor)), 2.0) / 4.0;
             },
@@ -91,16 +94,19 @@ shape::Compound sinuses(const Chance& chance) {
     geometry::Random random(chance.field("sinuses"));
     const std::uint64_t field = chance.field("walls of the sinuses");
     const auto add = [&](const shape::Solid& solid, double blend) {
-        air.add(shape::warped(solid, 2.4, 13.0, field), 0.0, blend);
+        air.add(shape::warped(solid, 2.8, 15.0, field), 0.0, blend);
     };
     const auto size = [&](const char* name, int index) { return 1.0 + 0.07 * chance.normal(name, index); };
     for (const Side side : {left, right}) {
         const int index = side.sign > 0.0 ? 0 : 1;
         // Maxillary: a pyramid toward the cheek bone. 34 high, 33 deep, 27 wide (texts).
-        const double m = size("maxillary sinus", index);
-        add(shape::ellipsoid(side.at(27, -43, -34), m * Vec3(11.5, 14.0, 13.5)), 0.0);
-        add(shape::ellipsoid(side.at(34, -50, -30), m * Vec3(10, 8, 8)), 7.0);
-        add(shape::ellipsoid(side.at(22, -42, -46), m * Vec3(6.5, 10, 8)), 8.0);
+        // No two alike, with recesses toward palate, cheek bone and nose.
+        const double m = size("maxillary sinus", index) * (index == 0 ? 1.06 : 0.93);
+        const double low = 2.0 * chance.normal("floor of the sinus", index), back = index == 0 ? 1.5 : -2.0;
+        add(shape::ellipsoid(side.at(27, -42 + back, -32), m * Vec3(11, 12.5, 11)), 0.0);
+        add(shape::ellipsoid(side.at(35, -51 + back, -29), m * Vec3(9, 7, 7)), 7.0);
+        add(shape::ellipsoid(side.at(22, -38 + back, -46 + low), m * Vec3(6, 11, 7)), 9.0);
+        add(shape::ellipsoid(side.at(25, -55 + back, -42 - low), m * Vec3(6, 6, 8)), 6.0);
         // Frontal: lobes beside a septum, seldom alike.
         const double f = 1.0 + 0.22 * chance.normal("frontal sinus", index) + (index == 0 ? 0.1 : -0.12);
         add(shape::ellipsoid(side.at(8, -63.5, 15), Vec3(6.0, 4.0, 10 * f)), 0.0);
@@ -191,9 +197,8 @@ void add_facial_bones(shape::Compound& bone, const Chance& chance) {
     for (const Side side : {left, right}) {
         // Upper jaw and cheek bone around the sinus.
         const std::uint64_t field = chance.field("upper jaw", side.sign > 0.0 ? 0 : 1);
-        bone.add(
-            shape::warped(shape::ellipsoid(side.at(25, -45, -36), Vec3(17.5, 19.5, 18.5)), 3.4, 17.0, field),
-            0.45, 4.0);
+        bone.add(shape::warped(shape::ellipsoid(side.at(25, -45, -36), Vec3(17.5, 19, 18)), 4.4, 19.0, field),
+                 0.45, 4.0);
         bone.add(
             shape::warped(shape::ellipsoid(side.at(20, -52, -52), Vec3(17, 19, 8)), 2.4, 17.0, field + 3),
             0.6, 8.0);
@@ -242,9 +247,9 @@ void add_lower_face(shape::Compound& bone, const Chance& chance) {
     for (int i = 0; i <= 12; ++i) {
         const double angle = -1.5 + 3.0 * i / 12.0;
         arch.push_back({Vec3(27.0 * std::sin(angle), -28.0 - 46.0 * std::cos(angle), -59),
-                        5.0 + 1.5 * std::abs(std::sin(angle)), 3.6 + 1.4 * std::abs(std::sin(angle))});
+                        8.0 + 1.5 * std::abs(std::sin(angle)), 4.0 + 1.4 * std::abs(std::sin(angle))});
     }
-    bone.add(shape::sweep(arch, Vec3::UnitZ()), 0.7, 4.0);
+    bone.add(shape::sweep(arch, Vec3::UnitZ()), 0.6, 4.0);
     bone.add(septum(chance, Vec3(0, -48, -24), Vec3(1.1, 22, 26)), 0.5, 1.0);
 }
 

@@ -15,7 +15,8 @@ using Eigen::Translation3d;
 namespace {
 
 constexpr double degrees = std::numbers::pi / 180.0;
-constexpr double lumbar_cell = 1.8, thoracic_cell = 2.0, cervical_cell = 1.5;  // of the grids [mm]
+constexpr double lumbar_plaques = 0.36, other_plaques = 0.25;  // of walls some 0.4 mm thick [mm]
+constexpr double lumbar_cell = 1.8, thoracic_cell = 2.1, cervical_cell = 1.5;  // of the grids [mm]
 
 /// What is behind the body, from L5 up to C2 [mm]. Pedicles and canal of T1 to L5: Panjabi et al., Spine 1991
 /// (thoracic) and 1992 (lumbar), rounded; of the neck, Panjabi et al. 1991 (cervical), rounded; spans of
@@ -319,7 +320,11 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         const shape::Surfaces surfaces = shape::polygonised(shape, plan.lumbar()     ? lumbar_cell
                                                                    : plan.cervical() ? cervical_cell
                                                                                      : thoracic_cell);
-        bones.add(surfaces, place);
+        bones.add(surfaces, place, plan.lumbar() ? lumbar_plaques : other_plaques);
+        // The middle of a body has half the bone that there is near its plates.
+        const double across = 0.92 * std::min(plan.own.half_depth, plan.own.half_height);
+        bones.add_poor_marrow(place * Vec3(0, 0, 0), place.linear() * Vec3::UnitX(),
+                              0.85 * plan.own.half_width, across, 0.13);
         bones.add_grain(surfaces, shape, 0.6, plan.own.half_depth, plan.lumbar() ? 4.0 : 3.0, Vec3::UnitZ(),
                         chance.field("vertebral trabeculae", plan.level), place);
     }

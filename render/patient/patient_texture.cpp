@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "physics/geometry/random.h"
@@ -19,7 +20,7 @@ public:
                 for (int i = 0; i < size_[0]; ++i)
                     values_.push_back(static_cast<float>(solid.distance(low_ + cell * Vec3(i, j, k))));
     }
-    /// p: in the solid's box.
+    /// Beyond the solid's box, what it is at its border.
     double operator()(const Vec3& p) const {
         const Vec3 q = (p - low_) / cell_;
         int at[3];
@@ -47,6 +48,14 @@ private:
 
 }  // namespace
 
+shape::Solid tabulated(const shape::Solid& solid, double cell) {
+    return {[table = std::make_shared<const CoarseDistance>(solid, cell), box = solid.box](const Vec3& p) {
+                const double beyond = box.exteriorDistance(p);
+                return beyond > 0.0 ? beyond : (*table)(p);
+            },
+            solid.box};
+}
+
 std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
     // Half-axes r of smallest to largest. A blob's image has an energy ∝ fraction² · r⁴ at frequencies about
     // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction ∝ (smallest/r)^0.7, the
@@ -59,7 +68,6 @@ std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid
     const double rarest = std::pow(smallest / largest, power);
     const Vec3 low = tissue.box.min(), size = tissue.box.sizes();
     const auto count = static_cast<int>(filled / mean_volume * (1.0 - rarest) / power * size.prod());
-    const CoarseDistance distance(tissue, 11.0);
     geometry::Random random(chance.field("texture of tissue"));
     std::vector<TextureBlob> texture_blobs;
     double balance = 0.0;
@@ -70,7 +78,7 @@ std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid
                      elongation = random.between(1.0, longest);
         // Bundles of muscle and lobules of fat run along the body more than across it.
         const double ax = random.between(-1, 1), ay = random.between(-1, 1), az = random.between(-1.6, 1.6);
-        if (distance(middle) > -0.8 * radius * elongation) continue;
+        if (tissue.distance(middle) > -0.8 * radius * elongation) continue;
         TextureBlob blob;
         blob.middle = middle.cast<float>();
         blob.axis = Vec3(ax, ay, az + (az < 0 ? -1e-6 : 1e-6)).normalized().cast<float>();

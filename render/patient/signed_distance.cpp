@@ -230,7 +230,8 @@ Compound& Compound::keep(Solid solid, double blend) {
     push({std::move(solid), Operation::Keep, blend, 0.0, {}});
     return *this;
 }
-void Compound::roughen(double contour, double rough, std::uint64_t field) {
+void Compound::roughen(double contour, double rough, std::uint64_t field, double thinner) {
+    thinner_ = thinner;
     contour_ = contour;
     rough_ = rough;
     field_ = field;
@@ -243,7 +244,7 @@ double Compound::uneven_shell(const Vec3& p, double shell) const {
     const double slow =
         1.0 + std::clamp(0.75 * noise(p, 19.0, field_ + 2), -0.55, 0.55) * std::min(1.0, 1.0 / shell);
     const double whole = slow * shell + rough_ * fractal(p, 10.0, 3.4, 0.4, field_ + 3);
-    return std::max({whole - thinner_by, 0.35 * whole, 0.2});
+    return std::max({whole - thinner_, 0.1 * whole, 0.06});
 }
 Compound& Compound::clear_of(const Compound& other, double gap) {
     for (const Part& part : other.parts_)

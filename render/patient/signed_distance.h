@@ -13,6 +13,10 @@
 
 namespace render::shape {
 
+/// How much thinner than asked for the shells of rough solids are in their meshes, as a rule: the rest is
+/// drawn otherwise, softer (Bones::add_plaques) [mm].
+constexpr double thinner_by = 0.62;
+
 struct Solid {
     std::function<double(const geometry::Vec3&)> distance;  // [mm]
     Eigen::AlignedBox3d box;                                // that holds it
@@ -68,8 +72,8 @@ public:
     Compound& keep(Solid, double blend = 0.0);
     /// What no drawn shape has: the surface wanders by some `contour` mm at wavelengths of 6 to 15 mm, and
     /// the shell under it is uneven: 0.45 to 1.55 times as thick from place to place, and by `rough` mm at 3
-    /// to 10 mm. `field` names the noise.
-    void roughen(double contour, double rough, std::uint64_t field);
+    /// to 10 mm. `field` names the noise. The mesh of the shell is thinner by `thinner` mm.
+    void roughen(double contour, double rough, std::uint64_t field, double thinner = thinner_by);
     /// Cuts every part that was added to another compound, grown by `gap` mm: a joint space.
     Compound& clear_of(const Compound&, double gap);
     /// Every added part grown by `by` mm.
@@ -110,14 +114,10 @@ private:
     std::vector<Part> parts_;
     std::vector<std::uint16_t> all_;
     Eigen::AlignedBox3d box_;
-    double contour_ = 0.0, rough_ = 0.0;
+    double contour_ = 0.0, rough_ = 0.0, thinner_ = 0.0;
     std::uint64_t field_ = 0;
     double widest_blend_ = 0.0, thickest_shell_ = 0.0;
 };
-
-/// How much thinner than asked for the shells of rough solids are in their meshes, though never by more than
-/// two thirds of it: the rest is drawn otherwise, softer (Bones::add_plaques) [mm].
-constexpr double thinner_by = 0.42;
 
 struct Surfaces {
     geometry::TriangleMesh outer, core;  // core: within the shell

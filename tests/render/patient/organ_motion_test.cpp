@@ -160,7 +160,7 @@ TEST(OrganMotion, MovesOrgansByWhatIsPublished) {
         return *std::find_if(layers.begin(), layers.end(),
                              [&](const TissueLayer& layer) { return layer.name == name; });
     };
-    for (const char* still : {"bones", "marrow", "skin and fat", "trunk", "airway"}) {
+    for (const char* still : {"bones", "marrow", "body", "fat", "trunk", "airway"}) {
         EXPECT_TRUE(of(still).breath.empty()) << still;
         EXPECT_TRUE(of(still).beat.empty()) << still;
     }

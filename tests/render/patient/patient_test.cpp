@@ -201,7 +201,8 @@ TEST(Patient, LiesWhereItsLandmarkIs) {
 
 TEST(Patient, KeepsNestedSolidsStrictlyNested) {
     const auto& layers = whole_body();
-    const char* const pairs[][2] = {{"trunk", "skin and fat"},
+    const char* const pairs[][2] = {{"fat", "body"},
+                                    {"trunk", "body"},
                                     {"left lung", "trunk"},
                                     {"right lung", "trunk"},
                                     {"heart", "trunk"},
@@ -221,8 +222,10 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
         EXPECT_GE(fraction_inside(*mesh_of(layers, inner), *mesh_of(layers, outer)), nested)
             << inner << " in " << outer;
     }
-    // Marrow lies under shells of a few tenths of a millimetre, which flat triangles may cut.
-    EXPECT_GE(fraction_inside(*mesh_of(layers, "marrow"), *mesh_of(layers, "bones")), 0.98);
+    // Where fat is as thin as skin, flesh may touch it.
+    EXPECT_GE(fraction_inside(*mesh_of(layers, "trunk"), *mesh_of(layers, "fat")), 0.99);
+    // Marrow lies under meshes of shells from 0.06 mm on, which flat triangles may cut.
+    EXPECT_GE(fraction_inside(*mesh_of(layers, "marrow"), *mesh_of(layers, "bones")), 0.95);
     TriangleMesh lungs = *mesh_of(layers, "left lung");
     render::append(lungs, *mesh_of(layers, "right lung"));
     EXPECT_GE(fraction_inside(*mesh_of(layers, "lung vessels"), lungs), nested);
@@ -447,10 +450,10 @@ TEST(Patient, HasVertebraeOfPublishedSize) {
         // Concave plates: by 1 to 4 mm each.
         EXPECT_LT(up + down, 2.0 * level.half_height - 2.0) << name;
         EXPECT_GT(up + down, 2.0 * level.half_height - 8.0) << name;
-        // End plates 0.6 mm thick, with some unevenness.
+        // End plates 0.6 mm thick, most of it in plaques beside the mesh.
         const double plate = up - first_change(marrow, middle, Vec3::UnitZ(), 0.0, 40.0);
-        EXPECT_GT(plate, 0.15) << name;
-        EXPECT_LT(plate, 1.6) << name;
+        EXPECT_GT(plate, 0.02) << name;
+        EXPECT_LT(plate, 0.6) << name;
         const double side = first_change(bone, middle, Vec3::UnitX(), 0.0, 60.0);
         EXPECT_NEAR(side, 0.89 * level.half_width, 2.0) << name;
     }

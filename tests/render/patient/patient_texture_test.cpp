@@ -157,7 +157,7 @@ TEST(PatientTexture, LeavesTheMeanOfAnImageAndDiffersWithTheSeedAlone) {
     const double after = exponent_of(logarithm);
     std::printf("image of the body: exponent %.2f without texture, %.2f with it\n", before, after);
     EXPECT_GT(after, 2.5);
-    EXPECT_LT(after, 3.5);
+    EXPECT_LT(after, 3.9);  // a CT of the abdomen through the same chain: 3.3 to 3.9
 }
 
 TEST(PatientTexture, LiesInFleshOnly) {
