@@ -154,6 +154,16 @@ def main():
     def resident():
         with open("/proc/self/status") as status:
             return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+    sim.image(84)
+    before, others = resident(), []
+    spent = processor_time(lambda: others.extend(sd.gym.make("seldinger/Renal-v1", cache=cache) for _ in range(100))) / 100
+    row("another environment of the same scenario [ms]", f"{1e3 * spent:.2f}", "<= 5")
+    row("    its memory [MB]", f"{(resident() - before) / 1e5:.2f}", "<= 2")
+    one = sd.Simulation("renal", cache=cache)
+    row("first image of another simulation of it, 84 [ms]", f"{1e3 * processor_time(lambda: one.image(84)):.1f}", "<= 50")
+    row("first masks, 84 [ms]", f"{1e3 * processor_time(lambda: sd.Simulation('renal', cache=cache).masks(84)):.1f}", "<= 50")
+    for other in others:
+        other.close()
     count = 10_000 if options.quick else 100_000
     for _ in range(1000):
         sim.reset()

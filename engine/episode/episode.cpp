@@ -94,6 +94,12 @@ render::Fluoroscope PatientImages::masking(const Simulation& simulation) {
     return *masking_;
 }
 
+void PatientImages::forget() {
+    const std::lock_guard lock(mutex_);
+    chain_.reset();
+    masking_.reset();
+}
+
 Camera::Camera(std::shared_ptr<PatientImages> patient, const anatomy::ModelCache& cache)
     : patient_(std::move(patient)), cache_(cache) {}
 
@@ -309,7 +315,7 @@ void Episode::show_tip(double margin) {
     Eigen::Vector2d moved = Eigen::Vector2d::Zero();  // table to the patient's left and head [mm]
     const Eigen::Vector2d first = seen_with(moved);
     const Eigen::Vector2d wanted = first.cwiseMax(least).cwiseMin(most);
-    if (!(first != wanted)) return;
+    if (first == wanted) return;
     for (int k = 0; k < 8; ++k) {  // Newton's steps; the image is almost linear in the table's place
         const Eigen::Vector2d at = seen_with(moved);
         Eigen::Matrix2d slope;

@@ -42,6 +42,8 @@ public:
     exercise::ImagingChain chain(const exercise::Simulation&, const anatomy::ModelCache&);
     /// Without the patient. Throws InputError as make_masking does.
     render::Fluoroscope masking(const exercise::Simulation&);
+    /// Gives up what it has for others; who has a camera keeps it.
+    void forget();
 
 private:
     std::mutex mutex_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <list>
 #include <mutex>
 #include <system_error>
@@ -75,10 +76,13 @@ public:
         });
         firsts_.push_front(std::move(first));
         if (firsts_.size() > most) firsts_.pop_back();
+        for (auto known = firsts_.begin(); known != firsts_.end(); ++known)
+            if (std::distance(firsts_.begin(), known) >= most_patients) known->episode->patient()->forget();
     }
 
 private:
-    static constexpr std::size_t most = 16;  // a few MB each
+    static constexpr std::size_t most = 16;             // a few MB each
+    static constexpr std::ptrdiff_t most_patients = 4;  // with images: more than 100 MB each
     std::mutex mutex_;
     std::list<First> firsts_;
 };

@@ -28,9 +28,9 @@ struct Source {
 scenario::Scenario scenario_of(const Source&);
 
 /// An episode at its start, the same to the bit as one made alone. The process keeps those made last, of
-/// which others of the same source are copies, until a file that they are read from changes (its size or the
-/// time of its last change). With Pictures::All nothing is shared. Throws InputError as Episode does. May be
-/// called by many threads at a time.
+/// which others of the same source are copies (the last few with their patients' images), until a file that
+/// they are read from changes (its size or the time of its last change). With Pictures::All nothing is
+/// shared. Throws InputError as Episode does. May be called by many threads at a time.
 std::unique_ptr<Episode> open(const Source&, const anatomy::ModelCache&);
 
 }  // namespace episode

@@ -94,15 +94,17 @@ Field filter_thickness(const CArm& arm) {
                     static_cast<float>(thickest * std::clamp(behind_edge / ramp, 0.0, 1.0));
             };
             if (const BeamFilter& f = arm.wedge; f.is_in()) add(place.dot(toward(f)) - f.edge);
-            if (const BeamFilter& f = arm.lung_shutter; f.is_in())
-                add((place - (f.edge - circle) * toward(f)).norm() - circle);
+            if (const BeamFilter& f = arm.lung_shutter; f.is_in()) {
+                // Outside the circle, and on its covered side alone.
+                const Eigen::Vector2d from_middle = place - (f.edge - circle) * toward(f);
+                add(std::min(from_middle.norm() - circle, from_middle.dot(toward(f))));
+            }
         }
     }
     return copper;
 }
 
-PixelBins filter_transmission(float thickness, const EnergyBins& bins) {
-    const Bins copper = bins.attenuation(Material::Copper);
+PixelBins filter_transmission(float thickness, const Bins& copper) {
     PixelBins passes;
     for (int k = 0; k < energy_bins; ++k) passes[k] = fast_exp(-static_cast<float>(copper[k]) * thickness);
     return passes;
@@ -238,6 +240,7 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
     // The row, that above and that below it stay in the cache.
     const std::size_t row = static_cast<std::size_t>(arm.pixels);
     const FocalVariance variance = focal_variance(arm, focal_spot);
+    const Bins copper = result.bins.attenuation(Material::Copper);
     ExponentRow above(row), here(row), below(row);
     here.make(0, pose.mixtures, changes, variance);
     for (std::size_t start = 0; start < count; start += row) {
@@ -261,7 +264,7 @@ BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double 
                                            exponents[i * energy_bins + k];
             }
             if (!plane.copper.values.empty() && plane.copper.values[pixel] > 0.0f) {
-                const PixelBins passes = filter_transmission(plane.copper.values[pixel], result.bins);
+                const PixelBins passes = filter_transmission(plane.copper.values[pixel], copper);
                 for (int k = 0; k < energy_bins; ++k) result.primary[pixel][k] *= passes[k];
             }
             result.scatter.values[pixel] *= plane.flat.values[pixel];

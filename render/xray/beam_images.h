@@ -69,8 +69,8 @@ PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 /// Thickness of wedge and lung shutter on each pixel, together [mm]; empty: none is in the beam. Their shapes
 /// are estimates: manufacturers give equivalents of 0.1 to 1 mm of copper and no drawings.
 Field filter_thickness(const CArm&);
-/// What passes them in each bin, relative to what arrives.
-PixelBins filter_transmission(float thickness, const EnergyBins&);
+/// What passes them in each bin, relative to what arrives. `copper`: its attenuation [1/mm].
+PixelBins filter_transmission(float thickness, const Bins& copper);
 
 /// Draws each layer's mesh, which has the same number in the renderer. `has_nodes`: contrast has vessels of
 /// its own, and needs no lengths of lumina.

@@ -97,9 +97,10 @@ const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {
     Field lit(places, places);
     std::vector<float> signal(lit.values.size()), kerma(lit.values.size());
     double open = 0.0, open_filtered = 0.0;
+    const Bins copper = bins.attenuation(Material::Copper);
     for (std::size_t i = 0; i < lit.values.size(); ++i) {
         if (!pose_->copper.values.empty()) {
-            const PixelBins passes = filter_transmission(pose_->copper.values[i], bins);
+            const PixelBins passes = filter_transmission(pose_->copper.values[i], copper);
             double unfiltered_kerma = 0.0, filtered_kerma = 0.0;
             for (int k = 0; k < energy_bins; ++k) {
                 const auto kerma_here =

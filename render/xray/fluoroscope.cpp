@@ -671,10 +671,11 @@ Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposu
     state_->move_to(arm, exposure);
     const BeamImages& at = state_->beam(exposure);
     Field open = state_->plane->flat;
+    const Bins of_copper = at.bins.attenuation(Material::Copper);
     for (std::size_t i = 0; i < open.values.size(); ++i) {
         float passes = static_cast<float>(at.gain);
         if (const Field& copper = state_->plane->copper; !copper.values.empty()) {
-            PixelBins bins = filter_transmission(copper.values[i], at.bins);
+            PixelBins bins = filter_transmission(copper.values[i], of_copper);
             for (int k = 0; k < energy_bins; ++k) bins[k] *= static_cast<float>(at.bins.weights[k]);
             passes *= sum(bins);
         }

@@ -85,7 +85,7 @@ def wrapped(name, cache):
 
 def main():
     name, steps, cache = sys.argv[1], int(sys.argv[2]), sys.argv[3]
-    ours = sd.gym.make_vec(name, 2, threads=1, cache=cache)
+    ours = sd.gym.make_vec(name, 2, threads=1, cache=cache, max_episode_steps=2 * steps // 3)
     assert isinstance(ours, gymnasium.vector.VectorEnv)
     rng = np.random.default_rng(3)
     shape = ours.action_space.shape
@@ -93,7 +93,8 @@ def main():
     expected = follow(ours, actions)
     ours.close()
     for mode, arguments in MODES:
-        envs = gymnasium.make_vec(name, num_envs=2, vectorization_mode=mode, vector_kwargs=arguments, cache=cache)
+        envs = gymnasium.make_vec(name, num_envs=2, vectorization_mode=mode, vector_kwargs=arguments, cache=cache,
+                                  max_episode_steps=2 * steps // 3)
         assert envs.action_space.shape == shape
         for k, (theirs, mine) in enumerate(zip(follow(envs, actions), expected)):
             assert theirs.keys() == mine.keys(), (mode, arguments, k, theirs.keys() ^ mine.keys())
@@ -105,7 +106,8 @@ def main():
         envs.close()
     alone = gymnasium.make(name, cache=cache, render_mode="rgb_array", image_size=48)
     check_env(alone.unwrapped)
-    limits(name, cache)
+    if name == "seldinger/Renal-v1":
+        limits(name, cache)
     wrapped(name, cache)
     _, info = alone.reset(seed=0)
     assert type(info["hash"]) is int and np.array(info["hash"]).dtype == np.int64

@@ -50,7 +50,7 @@ def test_states_snapshots_and_simulations_are_copied_at_any_moment(cache, name, 
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     with sd.Simulation(name, images="dose", panel=True, cache=cache) as sim:
-        for k in range(12):
+        for k in range(4 if name == "coronary" else 12):
             for _ in range(int(rng.integers(1, 5))):
                 acts(sim, rng)
             for how in ("deepcopy", "pickle"):

@@ -21,6 +21,6 @@ def test_make_vec_of_gymnasium_works_in_all_modes_and_equals_ours(cache, name):
         pytest.skip("gymnasium is not installed, and SELDINGER_GYMNASIUM names no folder of its sources")
     path = [FOLDER] if FOLDER else []
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join([*path, os.environ.get("PYTHONPATH", "")]))
-    ended = subprocess.run([sys.executable, HERE / "gymnasium_modes.py", name, "300", str(cache)], env=environment,
+    ended = subprocess.run([sys.executable, HERE / "gymnasium_modes.py", name, "60", str(cache)], env=environment,
                            capture_output=True, text=True)
     assert ended.returncode == 0 and "equal" in ended.stdout, ended.stderr[-3000:]

@@ -1,4 +1,4 @@
-"""Pages of the manual: those made of what the module says, and recipes, which run."""
+"""Pages of the manual: those made of what the module says, recipes and the notebook, which run."""
 
 import importlib.util
 import json
@@ -45,6 +45,21 @@ def test_recipes_run_and_print_what_their_page_says(page, cache, tmp_path):
                               env=dict(os.environ, XDG_CACHE_HOME=str(tmp_path)))
         assert done.returncode == 0, done.stderr
         assert done.stdout == printed, code
+
+
+def test_the_notebook_runs_and_shows_what_it_says(cache, tmp_path):
+    (tmp_path / "seldinger").symlink_to(cache)
+    script = ("import importlib.util, json; spec = importlib.util.spec_from_file_location('notebook', %r); "
+              "made = importlib.util.module_from_spec(spec); spec.loader.exec_module(made); "
+              "print(json.dumps(made.run(json.loads(made.FILE.read_text()))))") % str(PAGES / "notebook.py")
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True,
+                          env=dict(os.environ, XDG_CACHE_HOME=str(tmp_path)))
+    assert done.returncode == 0, done.stderr
+
+    def texts(notebook):
+        return [[(one.get("text") or one["data"]["text/plain"], sorted(one.get("data", ()))) for one in cell.get("outputs", ())]
+                for cell in notebook["cells"]]
+    assert texts(json.loads(done.stdout)) == texts(json.loads((PAGES / "tour.ipynb").read_text())), "run docs/python/notebook.py"
 
 
 def test_ways_of_exercises_are_those_of_their_vessels(cache):

@@ -47,7 +47,7 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     EXPECT_LT(agreement.number(all, "undecided"), 0.001 * agreement.number(all, "rays"));
     // The rasteriser rounds corners to 1/256 of a pixel, which facets seen nearly edge-on magnify: rough
     // bones have many. The pixels of the quick size are five times as wide as those of the study.
-    EXPECT_LE(agreement.number(all, "rms_mm"), 0.005);
+    EXPECT_LE(agreement.number(all, "rms_mm"), 0.015);
     EXPECT_LE(agreement.number(all, "beyond_0.01_mm_ppm"), 500);
     const Table& balance = test::table_of(result, "imaging_balance");
     EXPECT_GT(balance.number(0, "poses"), 8);

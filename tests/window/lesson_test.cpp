@@ -19,7 +19,7 @@ struct Press {
 struct LessonRoom : Room {
     LessonRoom() : Room(1280, 800, {"first_steps", "--learner", "ada", "--record", "@run.gw"}) {}
 
-    bool has_done(int steps) { return display.find(fmt::format(" - {} of 35 steps", steps)); }
+    bool has_done(int steps) { return display.find(fmt::format(" - {} of 37 steps", steps)); }
     void press(const Press& press) {
         for (const std::string& key : press.held) display.key(key, true);
         display.tap(press.tapped, press.seconds);
@@ -60,6 +60,8 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
         {{{}, "u"}, {{}, "o"}},
         {{{}, "equal"}, {{}, "minus"}},
         {{{}, "bracketleft"}, {{}, "bracketright"}},
+        {{{}, "7"}, {{}, "8"}, {{}, "6"}},
+        {{{}, "9"}, {{}, "9"}},
         {{{"a"}, "Shift_R", 0.4}, {{"a"}, "F3", 0.6}},
         {{{}, "1"}, {{}, "2"}},
         {{{}, "3"}, {{}, "4"}},
@@ -82,10 +84,10 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
     room.display.tap("Home");
     ASSERT_TRUE(room.reaches("asks"));
     ASSERT_TRUE(room.tap_out_of("asks", "Return"));
-    ASSERT_TRUE(room.comes("the new attempt", [&] { return room.has_done(34); }));
+    ASSERT_TRUE(room.comes("the new attempt", [&] { return room.has_done(36); }));
     room.display.key("Control_L", true);
     room.display.key("Up", true);
-    ASSERT_TRUE(room.comes("the target", [&] { return room.display.find("ended") || room.has_done(35); }));
+    ASSERT_TRUE(room.comes("the target", [&] { return room.display.find("ended") || room.has_done(37); }));
     room.display.key("Up", false);
     room.display.key("Control_L", false);
     ASSERT_TRUE(room.reaches("ended"));
@@ -94,8 +96,8 @@ TEST(Lesson, FromFirstToLastStepByKeysIsKeptAndLeadsOn) {
     ASSERT_TRUE(room.comes("the result", [&] { return !read(results).empty(); }));
     const nlohmann::json kept = nlohmann::json::parse(read(results)).at("first_steps");
     EXPECT_EQ(kept.at("passed"), 1);
-    EXPECT_EQ(kept.at("steps_done"), 35);
-    EXPECT_NE(read(room.folder / "run.gw").find("\nlesson 35 of 35\n"), std::string::npos);
+    EXPECT_EQ(kept.at("steps_done"), 37);
+    EXPECT_NE(read(room.folder / "run.gw").find("\nlesson 37 of 37\n"), std::string::npos);
     sleep_for(0.3);
     room.picture("lesson-end");
     ASSERT_TRUE(room.mark_next("Right"));  // "Next exercise"
@@ -109,9 +111,13 @@ TEST(Lesson, StepsLeftOutDoNotPass) {
     LessonRoom room;
     ASSERT_TRUE(room.start());
     ASSERT_TRUE(room.does(1, {{{}, "space", 0.8}}));
-    for (int k = 0; k < 35; ++k) room.display.tap("backslash");
-    room.display.key("Control_L", true);
-    room.display.key("Up", true);
+    // More than there are steps: a busy machine may lose some.
+    for (int k = 0; k < 60; ++k) room.display.tap("backslash");
+    // In short pushes, between which the tip may come to rest in the target, on however busy a machine.
+    ASSERT_TRUE(room.comes("the target", [&] {
+        room.press({{}, "Up", 0.3});
+        return wait_until([&] { return room.display.find("ended"); }, 0.7);
+    }));
     ASSERT_TRUE(room.reaches("ended"));
     const std::filesystem::path results = room.folder / "data/seldinger/recordings/ada/results.json";
     ASSERT_TRUE(room.comes("the result", [&] { return !read(results).empty(); }));

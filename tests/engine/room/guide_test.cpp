@@ -140,8 +140,8 @@ TEST_F(Practised, TheStandIsWhereItWent) {
         EXPECT_TRUE(come_of_holding({action}, action)) << info(action).key;
     for (const Action action :
          {Action::SidLess, Action::SidMore, Action::Magnify, Action::Widen, Action::Collimate,
-          Action::Uncollimate, Action::WedgeIn, Action::WedgeTurn, Action::WedgeOut, Action::LungShutter, Action::LungShutter,
-          Action::PulsesFewer, Action::PulsesMore, Action::Breath})
+          Action::Uncollimate, Action::WedgeIn, Action::WedgeTurn, Action::WedgeOut, Action::LungShutter,
+          Action::LungShutter, Action::PulsesFewer, Action::PulsesMore, Action::Breath})
         EXPECT_TRUE(come_of_pressing(action)) << info(action).key;
     EXPECT_FALSE(come_of_pressing(Action::PulsesMore)) << "there are no more than frames";
     EXPECT_FALSE(come_of_pressing(Action::WedgeTurn)) << "no filter is in";

@@ -388,14 +388,17 @@ TEST(Fluoroscope, AFilterDimsWhatItCoversAndSparesThePatient) {
             filtered.*which = {10.0, angle};
             const Field seen = scope.expected_quanta(filtered, Polyline{}, exposure);
             const render::Technique technique = scope.technique(filtered, exposure);
-            const auto ratio_at = [&](double from_middle) {
-                const int i = static_cast<int>(64 + from_middle / render::pixel_width(arm) * std::cos(angle)),
-                          j = static_cast<int>(64 - from_middle / render::pixel_width(arm) * std::sin(angle));
+            const auto ratio_at = [&](double from_middle, double beside = 0) {
+                const double x = from_middle * std::cos(angle) - beside * std::sin(angle),
+                             y = from_middle * std::sin(angle) + beside * std::cos(angle);
+                const int i = static_cast<int>(64 + x / render::pixel_width(arm)),
+                          j = static_cast<int>(64 - y / render::pixel_width(arm));
                 const auto pixel = static_cast<std::size_t>(j * arm.pixels + i);
                 return seen.values[pixel] / open.values[pixel];
             };
             // Tube output rises to keep the dose behind the patient; the covered side gets far less of it.
-            EXPECT_GT(ratio_at(-40), 0.99) << angle;
+            for (const double beside : {-40.0, 0.0, 40.0}) EXPECT_GT(ratio_at(-40, beside), 0.99) << angle;
+            EXPECT_GT(ratio_at(-70), 0.99) << angle;
             EXPECT_LT(ratio_at(70), 0.5 * ratio_at(-40)) << angle;
             EXPECT_GT(ratio_at(70), 0.05) << angle;
             const double output =

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import InputError
+from ..simulation import VectorSimulation
 from . import spaces
 from .batch import KEYS, Batch, EnvSnapshot, checked_seed, one, with_masks
 from .draws import whole
@@ -66,7 +67,60 @@ def _with_arguments(init: _Init) -> _Init:
     return init
 
 
-class Env(_Env):
+class _OfBatch:
+    """What all that stand on a Batch have."""
+
+    _batch: Batch
+    spec: Any = None
+
+    @property
+    def simulation(self) -> VectorSimulation:
+        """The simulations, one for each environment, for score(i), save(i, path), hashes(). Their snapshots are not the
+        environments', which have their own."""
+        return self._batch.sim
+
+    @property
+    def randomize(self) -> Any:
+        """What resets draw; may be set."""
+        return self._batch.randomize
+
+    @randomize.setter
+    def randomize(self, ranges: Any) -> None:
+        self._batch.randomize = ranges
+
+    def __repr__(self) -> str:
+        batch = self._batch
+        name = self.spec.id if self.spec is not None else batch.about["name"]
+        count = "" if isinstance(self, Env) else f" x {batch.n}"
+        state = ", closed" if batch.sim.closed else ""
+        return f"<{type(self).__name__} {name}{count}: obs {', '.join(batch.obs)}; actions {batch.action_space.shape}{state}>"
+
+    __str__ = __repr__
+
+    def close(self) -> None:
+        """Frees the simulations."""
+        self._batch.close()
+
+
+class _OfSeveral(_OfBatch):
+    num_envs: int
+
+    def snapshot(self, i: int) -> EnvSnapshot:
+        """That of the i-th environment, as Env.snapshot."""
+        return self._batch.snapshot(self._index(i))
+
+    def restore(self, i: int, snapshot: EnvSnapshot) -> None:
+        """Takes the i-th environment to a snapshot, of any of these or of an Env with the same arguments."""
+        self._batch.restore(self._index(i), snapshot)
+
+    def _index(self, i: int) -> int:
+        number = whole(i)
+        if number is None or not 0 <= number < self.num_envs:
+            raise IndexError(f"environment {i!r} of {self.num_envs}")
+        return number
+
+
+class Env(_OfBatch, _Env):
     """One environment.
 
     scenario           as for seldinger.Simulation
@@ -122,7 +176,6 @@ class Env(_Env):
     """
 
     metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
-    spec: Any = None
 
     @_with_arguments
     def __init__(self, scenario: Any = "renal", **arguments: Any) -> None:
@@ -132,21 +185,6 @@ class Env(_Env):
         self.action_space = self._batch.action_space
         self.observation_space = self._batch.observation_space
         self._limit = self._batch.most_steps
-
-    @property
-    def simulation(self) -> _core.VectorSimulation:
-        """The simulation: one of a VectorSimulation of one, for score(0), save(0, path), hashes(). Its snapshots are not the
-        environment's, whose own see snapshot()."""
-        return self._batch.sim
-
-    @property
-    def randomize(self) -> Any:
-        """What resets draw; may be set."""
-        return self._batch.randomize
-
-    @randomize.setter
-    def randomize(self, ranges: Any) -> None:
-        self._batch.randomize = ranges
 
     @property
     def drawn(self) -> Dict[str, Any]:
@@ -204,19 +242,10 @@ class Env(_Env):
         frames = self._batch.render()
         return None if frames is None else frames[0]
 
-    def __repr__(self) -> str:
-        return _shown(self, "")
-
-    __str__ = __repr__
-
     def _repr_png_(self) -> bytes:
         """The image, for notebooks."""
         self._batch.require_open()
         return _core._png(self._batch.sim.images(max(self._batch.image_size, 256), seeds=self._batch.noise)[0])
-
-    def close(self) -> None:
-        """Frees the simulations."""
-        self._batch.close()
 
 
 def _metadata(env: Any) -> Dict[str, Any]:
@@ -225,18 +254,11 @@ def _metadata(env: Any) -> Dict[str, Any]:
     return dict(type(env).metadata, render_fps=round(rate) if abs(rate - round(rate)) < 1e-9 else rate)
 
 
-def _shown(env: Any, count: str) -> str:
-    batch = env._batch
-    name = env.spec.id if env.spec is not None else batch.about["name"]
-    state = ", closed" if batch.sim.closed else ""
-    return f"<{type(env).__name__} {name}{count}: obs {', '.join(batch.obs)}; actions {env.action_space.shape}{state}>"
-
-
 def _first(observation: Observation) -> Observation:
     return {key: value[0] for key, value in observation.items()}
 
 
-class VectorEnv(_VectorEnv):
+class VectorEnv(_OfSeveral, _VectorEnv):
     """num_envs environments that step at once, on `threads` threads (by default one for each core; results do not depend on
     it). Other arguments are those of Env. Observations are dicts of (n, …) arrays; rewards, terminated and truncated are
     arrays of n. info is as gymnasium's: under each key an array of n, or a dict of such where Env has a dict, and beside
@@ -252,7 +274,6 @@ class VectorEnv(_VectorEnv):
     """
 
     metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "panel"], "render_fps": 15, "autoreset_mode": "NEXT_STEP"}
-    spec: Any = None
 
     @_with_arguments
     def __init__(self, scenario: Any = "renal", num_envs: int = 1, *, threads: Optional[int] = None,
@@ -273,20 +294,6 @@ class VectorEnv(_VectorEnv):
         self.action_space = spaces.batched(self.single_action_space, num_envs)
         self.observation_space = spaces.batched(self.single_observation_space, num_envs)
         self._begun = False
-
-    @property
-    def simulation(self) -> _core.VectorSimulation:
-        """The simulations."""
-        return self._batch.sim
-
-    @property
-    def randomize(self) -> Any:
-        """What resets draw; may be set."""
-        return self._batch.randomize
-
-    @randomize.setter
-    def randomize(self, ranges: Any) -> None:
-        self._batch.randomize = ranges
 
     @property
     def drawn(self) -> Tuple[Dict[str, Any], ...]:
@@ -344,30 +351,13 @@ class VectorEnv(_VectorEnv):
         return batch.observe(), reward, terminated, truncated, dict(
             with_masks(info, all_of_them), final_obs=finals, _final_obs=ended, final_info=final, _final_info=ended.copy())
 
-    def snapshot(self, i: int) -> EnvSnapshot:
-        """That of the i-th environment, as Env.snapshot."""
-        return self._batch.snapshot(self._index(i))
-
-    def restore(self, i: int, snapshot: EnvSnapshot) -> None:
-        """Takes the i-th environment to a snapshot, of any of these or of an Env with the same arguments."""
-        self._batch.restore(self._index(i), snapshot)
-
-    def _index(self, i: int) -> int:
-        number = whole(i)
-        if number is None or not 0 <= number < self.num_envs:
-            raise IndexError(f"environment {i!r} of {self.num_envs}")
-        return number
-
     def render(self) -> Optional[Tuple[NDArray[np.uint8], ...]]:
         """Env.render of each."""
         return self._batch.render()
 
-    def __repr__(self) -> str:
-        return _shown(self, f" x {self.num_envs}")
-
-    def close(self, **_: Any) -> None:
+    def close(self, **_: Any) -> None:  # gymnasium's has arguments
         """Frees the simulations."""
-        self._batch.close()
+        super().close()
 
 
 def _arguments(name: str, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,7 +28,6 @@ KEYS = ("tracking2d", "tracking3d", "target2d", "target3d", "tip2d", "tip3d", "i
 OF_DEVICE = ("tracking2d", "tracking3d", "mask")  # with a device's name before them: catheter_mask
 REWARDS = ("path_delta", "distance", "sparse")
 OPTIONS = ("seed", "target", "start", "set")
-TRUNCATIONS = ("steps", "time", "vessel_end", "not_certified")
 RENDER_MODES = ("rgb_array", "panel")
 
 Reward = Union[str, Callable[[Mapping[str, Any]], float]]
@@ -103,8 +102,8 @@ class Batch:
                                  + ("or more" if most is None else f"to {most}"))
         if not is_number(resolution_mm) or not 0 < resolution_mm <= 100:
             raise InputError(f"resolution_mm: {resolution_mm!r} was given; expected a number above 0, up to 100")
-        self.stand = (stand,) if isinstance(stand, str) else tuple(stand)
-        if not {*self.stand} <= STAND_SPEED.keys() or len({*self.stand}) < len(self.stand):
+        self.stand = (stand,) if isinstance(stand, str) else tuple(stand) if isinstance(stand, (list, tuple)) else (stand,)
+        if any(part not in tuple(STAND_SPEED) or self.stand.count(part) > 1 for part in self.stand):
             raise InputError(f"stand: {stand!r} was given; expected a list of these: " + ", ".join(STAND_SPEED))
         self.n = n
         self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InputError
-from . import Observation, _arguments
-from .batch import Batch, EnvSnapshot, checked_seed, one
+from . import Observation, _arguments, _OfSeveral
+from .batch import Batch, checked_seed, one
 from .draws import whole
 
 __all__ = ["SeldingerVecEnv", "make_vec_env"]
@@ -32,15 +32,13 @@ else:
 _SHARED = ("action_space", "metadata", "observation_space", "randomize", "render_mode", "spec")
 
 
-class SeldingerVecEnv(_Base):
+class SeldingerVecEnv(_OfSeveral, _Base):
     """num_envs environments as Stable-Baselines3 has them: the step that ends an episode returns the first observation of the
     next; the last one is in info['terminal_observation'], and info['TimeLimit.truncated'] says whether it was cut off.
     threads, as VectorEnv; other arguments are those of Env.
 
     get_attr('drawn') says what each has drawn, set_attr('randomize', …) changes what resets draw, of all; env_method knows
     snapshot() and restore(snapshot)."""
-
-    spec = None
 
     def __init__(self, scenario: Any = "renal", num_envs: int = 1, *, threads: Optional[int] = None, **arguments: Any) -> None:
         if whole(num_envs) is None:
@@ -56,15 +54,6 @@ class SeldingerVecEnv(_Base):
         if _Base is not object:
             super().__init__(num_envs, self.observation_space, self.action_space)  # type: ignore[call-arg]
         self.metadata = {"render_modes": ["rgb_array", "panel"], "render_fps": 1 / self._batch.step_s}
-
-    @property
-    def randomize(self) -> Any:
-        """What resets draw; may be set."""
-        return self._batch.randomize
-
-    @randomize.setter
-    def randomize(self, ranges: Any) -> None:
-        self._batch.randomize = ranges
 
     def seed(self, seed: Optional[int] = None) -> Sequence[Optional[int]]:
         """Seeds of the next reset: the i-th environment takes seed + i."""
@@ -123,14 +112,6 @@ class SeldingerVecEnv(_Base):
             observation = batch.observe()
         return observation, rewards.astype(np.float32), done, infos
 
-    def snapshot(self, i: int) -> EnvSnapshot:
-        """That of the i-th environment, as Env.snapshot."""
-        return self._batch.snapshot(i)
-
-    def restore(self, i: int, snapshot: EnvSnapshot) -> None:
-        """Takes the i-th environment to a snapshot."""
-        self._batch.restore(i, snapshot)
-
     def _each(self, indices: Any) -> List[int]:
         return list(range(self.num_envs)) if indices is None else [indices] if isinstance(indices, int) else list(indices)
 
@@ -157,10 +138,6 @@ class SeldingerVecEnv(_Base):
     def get_images(self) -> Sequence[Optional[NDArray[np.uint8]]]:
         frames = self._batch.render()
         return [None] * self.num_envs if frames is None else list(frames)
-
-    def close(self) -> None:
-        """Frees the simulations."""
-        self._batch.close()
 
 
 def make_vec_env(name: str, n_envs: int = 1, *, seed: Optional[int] = None, **arguments: Any) -> SeldingerVecEnv:

@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""How hard each environment is for who knows nothing, and for a script: a table of the solutions that ship and of random actions.
+
+    PYTHONPATH=build/python /usr/bin/python3 app/python/examples/baselines.py
+
+Trained policies: train_ppo.py. Processor time is that of one core."""
+
+import argparse
+import re
+import time
+
+import numpy as np
+
+import seldinger as sd
+
+
+def of_random_actions(name, episodes, cache):
+    """(share that reached the target, mean steps, mean largest force on the wall [N], steps a core-second)"""
+    envs = sd.gym.make_vec(name, episodes, cache=cache, hashes=False)
+    rng, start = np.random.default_rng(0), time.process_time()
+    envs.reset(seed=0)
+    ended, reached, steps, force = np.zeros(episodes, bool), np.zeros(episodes, bool), np.zeros(episodes, int), np.zeros(episodes)
+    made = 0
+    while not ended.all():
+        _, _, terminated, truncated, info = envs.step(rng.uniform(-1, 1, envs.action_space.shape))
+        made += episodes
+        force = np.maximum(force, np.where(ended, 0, info["wall_force_N"]))
+        steps += ~ended
+        reached |= ~ended & terminated & info["success"]
+        ended |= terminated | truncated
+    envs.close()
+    return reached.mean(), steps.mean(), force.mean(), made / (time.process_time() - start)
+
+
+def of_solution(scenario, cache):
+    """(whether it reached the target, frames, largest force on the wall [N])"""
+    commands = {}
+    for line in (sd.assets() / "scripts" / f"{scenario}.gw").read_text().splitlines():
+        if line := re.sub(r"\s*#.*", "", line).strip():
+            when, command = line.split(maxsplit=1)
+            first, _, last = when.partition("..")
+            for frame in range(int(first), int(last or first) + 1):
+                commands.setdefault(frame, []).append(command)
+    force = 0.0
+    with sd.Simulation(scenario, cache=cache) as sim:
+        for frame in range(max(commands)):
+            for command in commands.get(frame, []):
+                sim.apply(command)
+            state = sim.step()
+            force = max(force, state.wall_force_N)
+            if state.completed:
+                break
+        return state.completed, frame + 1, force
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--episodes", type=int, default=16)
+    parser.add_argument("--cache", default=None)
+    options = parser.parse_args()
+    print("| environment | solution: frames | largest force | random: reached | steps | largest force | steps a core-second |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for name, own in sd.gym.ENVIRONMENTS.items():
+        done, frames, most = of_solution(own["scenario"], options.cache)
+        share, steps, force, speed = of_random_actions(name, options.episodes, options.cache)
+        print(f"| {name} | {frames if done else 'not reached'} | {most:.2f} N | {100 * share:.0f} % | {steps:.0f} | {force:.2f} N | "
+              f"{speed:.0f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""Trains PPO of Stable-Baselines3 on patients that are drawn for each episode, and tries it on others that it has not met.
+
+    PYTHONPATH=build/python /usr/bin/python3 app/python/examples/train_ppo.py --minutes 60 --out train
+
+Writes curve.csv (steps, processor time, success of the last 100 episodes), policy.zip with its normalisation, and
+unseen.csv, a line for each patient. Needs gymnasium, stable-baselines3 and torch."""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+
+from seldinger.gym.sb3 import make_vec_env
+
+OBSERVED = ("tracking3d", "target3d", "rotation", "inserted_length")
+UNSEEN = range(1001, 1021)  # seeds of the vessels; those of training begin at 1
+
+
+class Curve(BaseCallback):
+    """Writes how training goes, and ends it when its time is up."""
+
+    def __init__(self, file, seconds):
+        super().__init__()
+        self.rows, self.seconds, self.start = csv.writer(file), seconds, time.process_time()
+        self.rows.writerow(["steps", "processor_s", "success", "mean_return"])
+
+    def _on_rollout_end(self):
+        ended = self.model.ep_info_buffer
+        if ended:
+            reached = [one["success"] for one in ended]
+            self.rows.writerow([self.num_timesteps, round(time.process_time() - self.start, 1),
+                                round(sum(reached) / len(reached), 3), round(sum(one["r"] for one in ended) / len(ended), 3)])
+
+    def _on_step(self):
+        return time.process_time() - self.start < self.seconds
+
+
+def envs(arguments, count, seeds, seed):
+    made = make_vec_env(arguments.env, count, seed=seed, obs=OBSERVED, frame_skip=2, max_episode_steps=200, threads=1,
+                        randomize={"anatomy.seed": seeds}, pool_size=32, hashes=False, cache=arguments.cache)
+    return VecMonitor(made, info_keywords=("success",))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--env", default="seldinger/Renal-v1")
+    parser.add_argument("--minutes", type=float, default=60, help="of processor time")
+    parser.add_argument("--patients", type=int, default=32, help="whom it trains on")
+    parser.add_argument("--unseen", type=int, default=len(UNSEEN), help="how many others it is tried on")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--cache", default=None)
+    parser.add_argument("--out", type=Path, default=Path("train"))
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    torch.set_num_threads(1)
+    training = VecNormalize(envs(arguments, 16, (1, 1 + arguments.patients), arguments.seed), clip_reward=20)
+    model = PPO("MultiInputPolicy", training, n_steps=128, batch_size=256, ent_coef=0.003, seed=arguments.seed, device="cpu",
+                policy_kwargs={"net_arch": [128, 128]})
+    with open(arguments.out / "curve.csv", "w", newline="", buffering=1) as file:
+        model.learn(10 ** 9, callback=Curve(file, 60 * arguments.minutes))
+    model.save(arguments.out / "policy.zip")
+    training.save(str(arguments.out / "normalisation.pkl"))
+    with open(arguments.out / "unseen.csv", "w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(["anatomy_seed", "reached", "steps"])
+        for patient in UNSEEN[:arguments.unseen]:
+            one = VecNormalize.load(str(arguments.out / "normalisation.pkl"), envs(arguments, 1, (patient, patient + 1), 0))
+            one.training = False
+            observation, steps, done = one.reset(), 0, False
+            while not done:
+                observation, _, ended, infos = one.step(model.predict(observation, deterministic=True)[0])
+                steps, done = steps + 1, ended[0]
+            rows.writerow([patient, infos[0]["success"], steps])
+            one.close()
+
+
+if __name__ == "__main__":
+    main()
