@@ -228,6 +228,7 @@ PYBIND11_MODULE(_core, m) {
         .def("step", &VectorSimulation::step, py::arg("motions"), py::kw_only(), py::arg("frames") = 1,
              py::arg("active") = py::none(), docs::vector_step)
         .def("reset", &VectorSimulation::reset, py::arg("which") = py::none(), docs::vector_reset)
+        .def("route", &VectorSimulation::route, py::arg("points"), py::arg("spacing_mm"), docs::route)
         .def("_assign", &VectorSimulation::assign, py::arg("i"), py::arg("like"))
         .def("aim", &VectorSimulation::aim, py::arg("i"), py::arg("target"),
              py::arg("radius_mm") = py::none(), docs::aim)

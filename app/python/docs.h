@@ -105,6 +105,14 @@ inline constexpr const char* path_from =
     "float: way from a place (3,) [mm] to the target along centrelines [mm]; None where there is none. "
     "Raises\nInputError for places that are not finite or beyond 10000 mm.";
 
+inline constexpr const char* route =
+    R"(Points on the ways along centrelines to the targets, from the centreline's samples nearest to the tips.
+
+points       how many, 1 to 1000; where a way ends before, its last point is repeated
+spacing_mm   from each to the next, above 0 to 100
+
+Returns (n, points, 3) float64 [mm], where they are now, and (n, points, 2) float64, pixels of the scenario's image.)";
+
 inline constexpr const char* threads = "int: threads that make the frames, the caller's among them.";
 inline constexpr const char* vector_step =
     R"(Makes a frame of each simulation, or several with the same motions, and updates the arrays.

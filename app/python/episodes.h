@@ -430,8 +430,7 @@ public:
         checked_count("n", n, 100'000);
         checked_count("threads", threads, 256);
         checked_count("points", points, 1000);
-        if (!(spacing > 0 && spacing <= 100))
-            throw io::InputError("spacing_mm: {} was given; expected above 0 to 100", text_of(spacing));
+        checked_spacing(spacing);
         std::vector<std::unique_ptr<Episode>> episodes;
         while (static_cast<int>(episodes.size()) < n) {
             like.with(0, [&](Episode& episode) {
@@ -539,6 +538,25 @@ public:
             at(i).reset();
             changed(i);
         });
+    }
+    /// Points on the ways to the targets, in mm and in pixels.
+    py::tuple route(int points, double spacing) {
+        require_open();
+        checked_count("points", points, 1000);
+        checked_spacing(spacing);
+        py::array_t<double> places({n_, points, 3}), pixels({n_, points, 2});
+        const Tracks to{places.mutable_data(), pixels.mutable_data()};
+        in_parts(many, [&](int i, int) {
+            const Episode& episode = at(i);
+            const exercise::Simulation& simulation = episode.simulation();
+            std::vector<Vec3> ahead(static_cast<std::size_t>(points));
+            const auto held = simulation.scenario().target.device;
+            episode.reader().points_to_target(simulation, simulation.tip_of(held).at, spacing, ahead);
+            for (Vec3& x : ahead) x = simulation.place_now(x);
+            write(ahead, episode.arm(simulation.scenario().c_arm.pixels), to,
+                  static_cast<std::ptrdiff_t>(i) * points);
+        });
+        return py::make_tuple(places, pixels);
     }
     void assign(int i, Simulation& like) {
         with(i, [](Episode&) {});
@@ -709,6 +727,25 @@ private:
             check_signals();
         }
     }
+    struct Tracks {
+        double *places = nullptr, *pixels = nullptr;
+    };
+
+    static void write(std::span<const Vec3> places, const render::CArm& arm, const Tracks& to,
+                      std::ptrdiff_t row) {
+        for (const Vec3& place : places) {
+            const render::Pixel pixel = render::project(arm, place);
+            std::copy_n(place.data(), 3, to.places + 3 * row);
+            to.pixels[2 * row] = pixel.x;
+            to.pixels[2 * row + 1] = pixel.y;
+            ++row;
+        }
+    }
+    static void checked_spacing(double spacing) {
+        if (!(spacing > 0 && spacing <= 100))
+            throw io::InputError("spacing_mm: {} was given; expected above 0 to 100", text_of(spacing));
+    }
+
     void changed(int i) override {
         const Episode& episode = at(i);
         const exercise::Simulation& simulation = episode.simulation();
@@ -721,16 +758,6 @@ private:
         std::copy_n(table.data(), 3, shifts_ + 3 * static_cast<std::ptrdiff_t>(i));
         const Vec3 shift = simulation.vessel_shift();
         std::vector<Vec3> track(static_cast<std::size_t>(points_));
-        const auto write = [&](const Tracks& to, std::ptrdiff_t row) {
-            for (const Vec3& inside : track) {
-                const Vec3 place = inside + shift;
-                const render::Pixel pixel = render::project(arm, place);
-                std::copy_n(place.data(), 3, to.places + 3 * row);
-                to.pixels[2 * row] = pixel.x;
-                to.pixels[2 * row + 1] = pixel.y;
-                ++row;
-            }
-        };
         std::vector<geometry::Polyline> paths;
         Vec3 introducer = Vec3::Zero();
         for (const scenario::PlacedDevice& placed : simulation.devices()) {
@@ -740,10 +767,11 @@ private:
         for (std::size_t k = 0; k < paths.size(); ++k) {
             if (paths[k].empty()) paths[k] = {introducer};  // it is out
             exercise::track(paths[k], spacing_, track);
+            for (Vec3& x : track) x += shift;
             const std::ptrdiff_t of = static_cast<std::ptrdiff_t>(script::most_devices) * i + k;
-            write(of_devices_, of * points_);
+            write(track, arm, of_devices_, of * points_);
             if (simulation.devices()[k].role == scenario.target.device)
-                write(of_target_, static_cast<std::ptrdiff_t>(i) * points_);
+                write(track, arm, of_target_, static_cast<std::ptrdiff_t>(i) * points_);
         }
     }
 
@@ -754,9 +782,6 @@ private:
     py::array records_;
     py::array_t<double> track_, track_px_, tracks_, tracks_px_, c_arm_, table_;
     Observation* readings_ = nullptr;
-    struct Tracks {
-        double *places = nullptr, *pixels = nullptr;
-    };
     Tracks of_target_, of_devices_;  // of the device that the exercise is about; of each
     double *angles_ = nullptr, *shifts_ = nullptr;
 };

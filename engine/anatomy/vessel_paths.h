@@ -14,8 +14,15 @@ class VesselPaths {
 public:
     explicit VesselPaths(const Anatomy&);
 
+    /// A stretch of a branch, from one of its samples to another.
+    struct Piece {
+        int branch, from, to;
+    };
+
     /// Length of the shortest way from one place to the other; empty for trees that do not meet [mm].
     std::optional<double> between(const VesselPlace&, const VesselPlace&) const;
+    /// That way itself; empty for trees that do not meet.
+    std::vector<Piece> route(const VesselPlace&, const VesselPlace&) const;
 
 private:
     struct Branch {
@@ -28,8 +35,8 @@ private:
         double length;  // [mm]
     };
     double arc_between(int branch, int from, int to) const;
-    std::optional<double> up_the_tree(const VesselPlace&, const VesselPlace&) const;
-    std::optional<double> by_loops(const VesselPlace&, const VesselPlace&) const;
+    std::vector<Piece> up_the_tree(const VesselPlace&, const VesselPlace&) const;
+    std::vector<Piece> by_loops(const VesselPlace&, const VesselPlace&) const;
 
     std::vector<Branch> branches_;
     std::vector<VesselPlace> meetings_;  // every two are one place; empty for trees without loops
@@ -39,5 +46,10 @@ private:
 /// Length of the shortest way along centrelines between the places nearest to two points; of the straight
 /// line for trees that do not meet [mm].
 double centreline_distance(const Anatomy&, const geometry::Vec3& from, const geometry::Vec3& to);
+
+/// Points on a route, the first `spacing` from its start and each as far from the one before; where it ends
+/// before, its last point is repeated.
+void points_on(const Anatomy&, const std::vector<VesselPaths::Piece>& route, double spacing,
+               std::vector<geometry::Vec3>& points);
 
 }  // namespace anatomy

@@ -150,6 +150,16 @@ std::optional<double> Reader::path_length_from(const Simulation& simulation, con
     return paths_->between(anatomy::nearest_place(simulation.anatomy(), place), target_);
 }
 
+void Reader::points_to_target(const Simulation& simulation, const Vec3& place, double spacing,
+                              std::vector<Vec3>& points) const {
+    const anatomy::Anatomy& vessels = simulation.anatomy();
+    const auto route = paths_->route(anatomy::nearest_place(vessels, place), target_);
+    if (route.empty())
+        std::fill(points.begin(), points.end(), simulation.target());
+    else
+        anatomy::points_on(vessels, route, spacing, points);
+}
+
 Observation Reader::read(const Simulation& simulation, const FrameTime& time, script::DeviceRole held) const {
     const anatomy::Anatomy& anatomy = simulation.anatomy();
     const Simulation::Tip tip = simulation.tip_of(held);

@@ -95,6 +95,10 @@ public:
     Observation read(const Simulation&, const FrameTime&, script::DeviceRole) const;
     /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
     std::optional<double> path_length_from(const Simulation&, const geometry::Vec3& place) const;
+    /// Points on that way, `spacing` apart, of the vessels at rest, from the centreline's sample nearest to
+    /// the place; all at the target where there is no way [mm].
+    void points_to_target(const Simulation&, const geometry::Vec3& place, double spacing,
+                          std::vector<geometry::Vec3>& points) const;
 
 private:
     std::shared_ptr<const anatomy::VesselPaths> paths_;

@@ -135,6 +135,32 @@ def test_truncation_names_its_reason(cache):
     assert truncated and info["truncation"] == "vessel_end"
 
 
+def test_the_route_leads_from_the_tip_to_the_target(cache):
+    env = sd.gym.make("seldinger/Renal-v1", cache=cache, obs=("route2d", "route3d", "tip3d", "target3d"), route_points=40,
+                      route_spacing_mm=10.0)
+    observation, _ = env.reset(seed=3)
+    rng = np.random.default_rng(3)
+    sim = sd.Simulation("renal", cache=cache)
+    for _ in range(60):
+        route = observation["route3d"]
+        gaps = np.linalg.norm(np.diff(np.vstack([observation["tip3d"], route]), axis=0), axis=1)
+        assert gaps[0] < 25 and gaps.max() < 26  # the tip lies beside the centreline
+        assert np.linalg.norm(route[-1] - observation["target3d"]) < 2
+        ways = [sim.path_from(point) for point in route]
+        ahead = [before - after for before, after in zip(ways, ways[1:]) if before > 12]
+        # Samples are a millimetre apart, and at the two forks the nearest one may lie in the other vessel.
+        assert len(ahead) > 15 and sum(abs(by - 10) > 1.5 for by in ahead) <= 4
+        projected = sim.project(route, 128)
+        assert np.abs(projected - observation["route2d"]).max() < 0.01
+        observation, _, terminated, truncated, _ = env.step(rng.uniform([[0.2, -1]], [[1, 1]]))
+        if terminated or truncated:
+            observation, _ = env.reset()
+    with pytest.raises(sd.InputError, match="route_points: 0 was given"):
+        sd.gym.make("seldinger/Renal-v1", cache=cache, route_points=0)
+    with pytest.raises(sd.InputError, match="route_spacing_mm: 0 was given"):
+        sd.gym.make("seldinger/Renal-v1", cache=cache, route_spacing_mm=0)
+
+
 def test_actions_are_speeds(cache):
     for action, value in (("velocity", [[1.0, 0.5]]), ("physical", [[35.0, 1.57]])):
         env = begun(sd.gym.Env("renal", action=action, frame_skip=2, cache=cache))

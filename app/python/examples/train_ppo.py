@@ -14,12 +14,32 @@ from pathlib import Path
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecEnvWrapper, VecMonitor, VecNormalize
 
 from seldinger.gym.sb3 import make_vec_env
 
-OBSERVED = ("tracking3d", "target3d", "rotation", "inserted_length")
+OBSERVED = ("tracking3d", "route3d", "target3d", "rotation", "inserted_length")
 UNSEEN = range(1001, 1021)  # seeds of the vessels; those of training begin at 1
+
+
+class FromTheTip(VecEnvWrapper):
+    """Places are seen from the tip, so that what is learned in one patient holds in another."""
+
+    @staticmethod
+    def seen(observation):
+        tip = observation["tracking3d"][..., :1, :]
+        away = {key: observation[key] - tip for key in ("tracking3d", "route3d")}
+        return {**observation, **away, "target3d": observation["target3d"] - tip[..., 0, :]}
+
+    def reset(self):
+        return self.seen(self.venv.reset())
+
+    def step_wait(self):
+        observations, rewards, ended, infos = self.venv.step_wait()
+        for info in infos:
+            if "terminal_observation" in info:
+                info["terminal_observation"] = self.seen(info["terminal_observation"])
+        return self.seen(observations), rewards, ended, infos
 
 
 class Curve(BaseCallback):
@@ -43,15 +63,15 @@ class Curve(BaseCallback):
 
 def envs(arguments, count, seeds, seed):
     made = make_vec_env(arguments.env, count, seed=seed, obs=OBSERVED, frame_skip=2, max_episode_steps=200, threads=1,
-                        randomize={"anatomy.seed": seeds}, pool_size=32, hashes=False, cache=arguments.cache)
-    return VecMonitor(made, info_keywords=("success",))
+                        randomize={"anatomy.seed": seeds}, pool_size=64, hashes=False, cache=arguments.cache)
+    return VecMonitor(FromTheTip(made), info_keywords=("success",))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--env", default="seldinger/Renal-v1")
     parser.add_argument("--minutes", type=float, default=60, help="of processor time")
-    parser.add_argument("--patients", type=int, default=32, help="whom it trains on")
+    parser.add_argument("--patients", type=int, default=64, help="whom it trains on")
     parser.add_argument("--unseen", type=int, default=len(UNSEEN), help="how many others it is tried on")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cache", default=None)

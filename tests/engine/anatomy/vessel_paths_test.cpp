@@ -48,6 +48,40 @@ std::optional<double> way_over_samples(const Anatomy& anatomy, const VesselPlace
     return found < 0 ? std::nullopt : std::optional(found);
 }
 
+const geometry::Vec3& at(const Anatomy& anatomy, int branch, int sample) {
+    return anatomy.branches[branch].points[sample];
+}
+
+/// Pieces that follow one another, and points on them at the distance that is asked for.
+void check_route(const Anatomy& anatomy, const std::vector<VesselPaths::Piece>& route,
+                 const VesselPlace& from, const VesselPlace& to, double length) {
+    ASSERT_FALSE(route.empty());
+    std::vector<geometry::Vec3> line;
+    for (const VesselPaths::Piece& piece : route)
+        for (int s = piece.from;; s += piece.from <= piece.to ? 1 : -1) {
+            line.push_back(at(anatomy, piece.branch, s));
+            if (s == piece.to) break;
+        }
+    EXPECT_EQ(line.front(), at(anatomy, from.branch, from.sample));
+    EXPECT_EQ(line.back(), at(anatomy, to.branch, to.sample));
+    constexpr double spacing = 3;
+    std::vector<geometry::Vec3> points(40);
+    points_on(anatomy, route, spacing, points);
+    // The same points by walking the line in small steps: where pieces meet it jumps from axis to axis.
+    double gone = 0, next = spacing;
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < line.size() && k < points.size(); ++i) {
+        const double step = (line[i] - line[i - 1]).norm();
+        for (; k < points.size() && next <= gone + step; next += spacing, ++k) {
+            const geometry::Vec3 x = line[i - 1] + (next - gone) / step * (line[i] - line[i - 1]);
+            EXPECT_LT((points[k] - x).norm(), 1e-6);
+        }
+        gone += step;
+    }
+    if (k < points.size()) EXPECT_GE(gone, length - 1e-9);
+    for (; k < points.size(); ++k) EXPECT_LT((points[k] - line.back()).norm(), 1e-6);
+}
+
 }  // namespace
 
 TEST(VesselPaths, AreTheShortestOverAllSamples) {
@@ -68,6 +102,7 @@ TEST(VesselPaths, AreTheShortestOverAllSamples) {
             ASSERT_TRUE(way && truth) << anatomy.name;
             EXPECT_NEAR(*way, *truth, 1e-9) << anatomy.name << " " << a.branch << ":" << a.sample << " to "
                                             << b.branch << ":" << b.sample << ", seed " << seed;
+            check_route(anatomy, ways.route(a, b), a, b, *way);
         }
     }
 }

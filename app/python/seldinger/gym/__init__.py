@@ -131,6 +131,8 @@ class Env(_OfBatch, _Env):
         tip2d (n_devices, 2), tip3d (n_devices, 3)   tips of all devices, innermost first, as all that has n_devices
         inserted_length (n_devices,) mm; rotation (n_devices, 2): sine and cosine of the hub; last_action
         joint_pos (3 n_points,) mm, joint_vel (3 n_points,) mm/s: of the tracked points; force (2,): of tip, largest [N]
+        route2d (route_points, 2), route3d (route_points, 3)   points on the way to the target along centrelines, ahead of that
+                       device's tip, route_spacing_mm apart; the last is repeated where the way ends
         c_arm (2,): LAO and cranial [deg]; table (3,) mm: how far it has moved to the left, back and head of the patient
         image, guidewire, phantom (image_size, image_size, 1) uint8: an X-ray image, masks of wire and vessels
         DEVICE_mask (image_size, image_size, 1) uint8: of the device of that name

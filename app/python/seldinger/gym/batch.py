@@ -24,7 +24,7 @@ REACH = np.array([180.0, 140.0, 600.0])  # of the table in either direction [mm]
 FAR = 5000.0  # bounds of places [mm]
 FORCE = 1000.0  # bounds of forces [N]
 KEYS = ("tracking2d", "tracking3d", "target2d", "target3d", "tip2d", "tip3d", "inserted_length", "rotation", "last_action",
-        "image", "guidewire", "phantom", "joint_pos", "joint_vel", "force", "c_arm", "table")
+        "image", "guidewire", "phantom", "joint_pos", "joint_vel", "force", "c_arm", "table", "route2d", "route3d")
 OF_DEVICE = ("tracking2d", "tracking3d", "mask")  # with a device's name before them: catheter_mask
 REWARDS = ("path_delta", "distance", "sparse")
 OPTIONS = ("seed", "target", "start", "set")
@@ -79,7 +79,8 @@ class Batch:
             "latency", "queue", "done", "won", "moved_target")
 
     def __init__(self, scenario: Any, n: Optional[int], *, obs: Union[str, Sequence[str], None] = None,
-                 image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, action: str = "velocity",
+                 image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, route_points: int = 8,
+                 route_spacing_mm: float = 10.0, action: str = "velocity",
                  flat_action: bool = False, stand: Union[str, Sequence[str]] = (), reward: Reward = "path_delta",
                  max_episode_steps: Optional[int] = 300, frame_skip: int = 1, patience: int = 30, randomize: Any = None,
                  set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True, pool_size: int = 8,
@@ -94,19 +95,22 @@ class Batch:
             raise InputError(f"render_mode: {render_mode!r} was given; expected 'rgb_array', 'panel' or None")
         for name, value, least, most in (
                 ("n", n, 1, 100_000), ("image_size", image_size, 32, 2048), ("n_points", n_points, 1, 1000),
+                ("route_points", route_points, 1, 1000),
                 ("max_episode_steps", 1 if max_episode_steps is None else max_episode_steps, 1, None),
                 ("frame_skip", frame_skip, 1, _MOST_FRAMES), ("patience", patience, 1, None), ("pool_size", pool_size, 1, None)):
             number = whole(value)
             if number is None or number < least or (most is not None and number > most):
                 raise InputError(f"{name}: {value!r} was given; expected a whole number of {least} "
                                  + ("or more" if most is None else f"to {most}"))
-        if not is_number(resolution_mm) or not 0 < resolution_mm <= 100:
-            raise InputError(f"resolution_mm: {resolution_mm!r} was given; expected a number above 0, up to 100")
+        for name, value in (("resolution_mm", resolution_mm), ("route_spacing_mm", route_spacing_mm)):
+            if not is_number(value) or not 0 < value <= 100:
+                raise InputError(f"{name}: {value!r} was given; expected a number above 0, up to 100")
         self.stand = (stand,) if isinstance(stand, str) else tuple(stand) if isinstance(stand, (list, tuple)) else (stand,)
         if any(part not in tuple(STAND_SPEED) or self.stand.count(part) > 1 for part in self.stand):
             raise InputError(f"stand: {stand!r} was given; expected a list of these: " + ", ".join(STAND_SPEED))
         self.n = n
         self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm
+        self.route = (route_points, route_spacing_mm)
         self.physical, self.flat, self.reward = action == "physical", flat_action, reward
         self.most_steps, self.frames, self.patience, self.hashes = max_episode_steps, frame_skip, patience, hashes
         self.beam, self.render_mode = bool(beam), render_mode
@@ -201,7 +205,7 @@ class Batch:
         kind = key.rpartition("_")[2] if key not in KEYS else key
         shapes = {"tracking2d": (points, 2), "tracking3d": (points, 3), "target2d": (2,), "target3d": (3,),
                   "tip2d": (devices, 2), "tip3d": (devices, 3), "joint_pos": (3 * points,), "joint_vel": (3 * points,),
-                  "table": (3,)}
+                  "table": (3,), "route2d": (self.route[0], 2), "route3d": (self.route[0], 3)}
         far = 2.0 * size if kind.endswith("2d") else 100 * FAR if kind == "joint_vel" else FAR
         return Box(-far, far, shapes[kind])
 
@@ -537,6 +541,10 @@ class Batch:
             return (sim.tracks_px[:, :, 0] + shaken[:, :, 0]) * scale
         if kind == "tip3d":
             return sim.tracks_mm[:, :, 0] + self.jitter[:, :, 0]
+        if kind == "route2d":
+            return sim.route(*self.route)[1] * scale
+        if kind == "route3d":
+            return sim.route(*self.route)[0]
         if kind == "target2d":
             return sim.target_px * scale
         if kind == "target3d":
