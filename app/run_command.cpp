@@ -16,7 +16,8 @@ namespace {
 struct RunArguments {
     std::vector<std::string> set;
     ScenarioChoice scenario;
-    std::string commands, out, expect, cache, trace, learner, frames = "all", dicom;
+    std::string commands, out, expect, cache, trace, learner, frames = "all", dicom, dicom_date,
+                                                              dicom_patient;
     std::vector<std::string> truth_of;
     int every = 1;
     bool panel = false, truth = false;
@@ -42,6 +43,12 @@ int run_scenario(const RunArguments& arguments) {
     options.truth_parts = {asked("signal"), asked("expected"), asked("labels"), asked("lengths")};
     if (!arguments.dicom.empty())
         options.dicom = arguments.dicom == "shown" ? dicom::Pixels::Shown : dicom::Pixels::Signal;
+    if (arguments.dicom.empty() && !(arguments.dicom_date.empty() && arguments.dicom_patient.empty()))
+        throw BadArgument("{}: expected --dicom shown or --dicom signal beside it",
+                          arguments.dicom_date.empty() ? "--dicom-patient" : "--dicom-date");
+    if (!arguments.dicom_date.empty()) dicom::read_date(arguments.dicom_date, options.dicom_identity);
+    if (!arguments.dicom_patient.empty())
+        dicom::read_patient(arguments.dicom_patient, options.dicom_identity);
     options.trace = arguments.trace;
     options.origin = origin(arguments.learner);
     if (!arguments.expect.empty()) options.expect = arguments.expect;
@@ -125,6 +132,18 @@ Command add_run(CLI::App& parser) {
             "X-ray angiograms in dicom/, one for each stretch of beam at one pose: 'shown', as on the "
             "monitor, or 'signal', the detector's in 16 bits")
         ->check(one_of({"shown", "signal"}));
+    command
+        ->add_option("--dicom-date", arguments->dicom_date,
+                     "Date of these objects, also with a time: 2026-11-27T14:05:00; by default 2000-01-01, "
+                     "the same for all "
+                     "runs, so that equal runs give equal bytes")
+        ->type_name("DATE");
+    command
+        ->add_option("--dicom-patient", arguments->dicom_patient,
+                     "Name and ID of the patient in these objects: Doe^Jane,4711; by default the scenario's. "
+                     "Nothing of a CT's "
+                     "patient is ever written")
+        ->type_name("NAME[,ID]");
     command
         ->add_option("--trace", arguments->trace,
                      "File for the state of each frame: place, forces, way left, dose (.csv)")

@@ -71,6 +71,7 @@ const std::map<std::string, Names> third_party = {
     {"zlib.h", {"engine/patient"}},
     {"nifti1.h", {"engine/patient"}},
     {"nifti2_io.h", {"engine/patient"}},
+    {"openjpeg.h", {"engine/patient"}},
     {"dcmtk", {"engine/dicom", "engine/patient"}},
     {"libdeflate.h", {"engine/anatomy", "render/picture"}},
     {"pugixml.hpp", {"engine/anatomy", "engine/anatomy/import"}},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <dcmtk/config/osconfig.h>
@@ -109,6 +110,50 @@ std::string patient_orientation(const render::CArm& arm) {
     return letters(axes.right) + "\\" + letters(-axes.up);
 }
 
+void read_date(const std::string& text, Identity& identity) {
+    std::string digits;
+    for (const char c : text)
+        if (c != '-' && c != ':') digits += c;
+    const std::string date = digits.substr(0, 8), time = digits.size() > 8 ? digits.substr(8) : "T000000";
+    const auto number = [](const std::string& all, std::size_t from, std::size_t count) {
+        const std::string part = all.substr(std::min(from, all.size()), count);
+        const bool whole =
+            part.size() == count && std::ranges::all_of(part, [](char c) { return c >= '0' && c <= '9'; });
+        return whole ? std::stoi(part) : -1;
+    };
+    const std::chrono::year_month_day day{
+        std::chrono::year(number(date, 0, 4)),
+        std::chrono::month(static_cast<unsigned>(std::max(0, number(date, 4, 2)))),
+        std::chrono::day(static_cast<unsigned>(std::max(0, number(date, 6, 2))))};
+    const int hour = number(time, 1, 2), minute = number(time, 3, 2), second = number(time, 5, 2);
+    if (number(date, 0, 4) < 1 || !day.ok() || time.size() != 7 || time[0] != 'T' || hour < 0 || hour > 23 ||
+        minute < 0 || minute > 59 || second < 0 || second > 59)
+        throw io::InputError(
+            "--dicom-date: '{}' was given; expected a date, such as 2026-11-27 or 2026-11-27T14:05:00", text);
+    identity.date = date;
+    identity.time = time.substr(1);
+}
+
+void read_patient(const std::string& text, Identity& identity) {
+    constexpr std::size_t most = 64;  // characters of a name's group, and of an ID (PS3.5, 6.2)
+    const std::size_t comma = text.find(',');
+    const std::string name = text.substr(0, comma),
+                      id = comma == std::string::npos ? "" : text.substr(comma + 1);
+    const auto fits = [&](const std::string& part, const char* separators) {
+        return part.size() <= most && std::ranges::none_of(part, [&](char c) {
+                   return c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F ||
+                          std::strchr(separators, c);
+               });
+    };
+    if (name.empty() || !fits(name, "=") || !fits(id, "") || std::ranges::count(name, '^') > 4)
+        throw io::InputError(
+            "--dicom-patient: '{}' was given; expected a name such as Doe^Jane, or Doe^Jane,ID, of up to "
+            "{} bytes each and up to five parts",
+            text, most);
+    identity.name = name;
+    identity.id = id;
+}
+
 struct Angiogram::Content {
     Series series;
     std::vector<std::uint8_t> shown;
@@ -201,8 +246,8 @@ void Angiogram::Content::put_identity(Data& data) const {
     if (!series.derivation.empty()) data.put(DCM_DerivationDescription, words(series.derivation, 1024));
     data.put(DCM_SOPClassUID, UID_XRayAngiographicImageStorage);
     data.put(DCM_SOPInstanceUID, uid_of("instance", {hash()}));
-    data.put(DCM_StudyDate, placeholder_date);
-    data.put(DCM_StudyTime, "000000");
+    data.put(DCM_StudyDate, series.identity.date);
+    data.put(DCM_StudyTime, series.identity.time);
     data.put(DCM_AccessionNumber, "");
     data.put(DCM_Modality, "XA");
     data.put(DCM_Manufacturer, "Seldinger");
@@ -210,8 +255,9 @@ void Angiogram::Content::put_identity(Data& data) const {
     data.put(DCM_StudyDescription, patient);
     data.put(DCM_SeriesDescription, words(series.description, 64));
     data.put(DCM_ManufacturerModelName, "Seldinger");
-    data.put(DCM_PatientName, "Simulated^" + patient);
-    data.put(DCM_PatientID, (patient.empty() ? "simulated" : patient));
+    const Identity& identity = series.identity;
+    data.put(DCM_PatientName, identity.name.empty() ? "Simulated^" + patient : identity.name);
+    data.put(DCM_PatientID, !identity.id.empty() ? identity.id : patient.empty() ? "simulated" : patient);
     data.put(DCM_PatientBirthDate, "");
     data.put(DCM_PatientSex, "");
     data.put(DCM_SoftwareVersions, words(series.program, 64));
@@ -225,7 +271,9 @@ void Angiogram::Content::put_identity(Data& data) const {
     data.put(DCM_InstanceNumber, 1);
     data.put(DCM_PatientOrientation, patient_orientation(series.arm));
     data.put(DCM_QualityControlImage, "YES");  // nobody's: no patient was imaged
-    data.put(DCM_ImageComments, "Simulated by Seldinger: no patient, and the dates are placeholders");
+    data.put(DCM_ImageComments, identity.is_dated()
+                                    ? "Simulated by Seldinger: no patient was imaged"
+                                    : "Simulated by Seldinger: no patient, and the dates are placeholders");
     if (contrast) {
         data.put(DCM_ContrastBolusAgent, "iodinated contrast medium");
         data.put(DCM_ContrastBolusIngredient, "IODINE");

@@ -24,9 +24,25 @@ enum class Pixels {
     Signal  // 16 bits, proportional to the detector's signal: LIN
 };
 
+/// Whose examination it is said to be, and when. By default nobody's: a name made of the scenario's, and the
+/// placeholder.
+struct Identity {
+    std::string date = placeholder_date, time = "000000";  // DA, TM
+    std::string name, id;  // PN of up to five components, LO; empty = simulated
+
+    bool is_dated() const { return date != placeholder_date; }
+};
+
+/// "2026-11-27" or "20261127", also with "T14:05:00" or "T140500". Throws InputError, which names the option.
+void read_date(const std::string&, Identity&);
+/// "Doe^Jane" or "Doe^Jane,4711", the name as DICOM has it, then the patient's ID. Throws InputError, which
+/// names the option.
+void read_patient(const std::string&, Identity&);
+
 /// What all frames of an object share. Equal series with equal frames give equal files: unique identifiers
-/// are made of the content, and the dates, which archives need, are the same for all: placeholder_date.
+/// are made of the content, and dates, which archives need, are those of the identity.
 struct Series {
+    Identity identity;
     std::string program;           // name and version
     std::string patient, subject;  // names: of the scenario, of who was trained (may be empty)
     std::uint64_t study = 0;       // identifies the run that the object belongs to

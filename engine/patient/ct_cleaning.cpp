@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 #include "engine/patient/ct_image.h"
 #include "engine/patient/ct_samples.h"
@@ -17,6 +18,7 @@ constexpr int tissue_hu = -400;
 struct Cells {
     std::array<int, 3> size{}, factor{};  // cells, and voxels in a cell, along each axis
     std::vector<char> set;
+    std::vector<std::int16_t> mean;  // of their voxels
 
     std::size_t index(int i, int j, int k) const {
         return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i;
@@ -44,6 +46,7 @@ Cells tissue_cells(const CtImage& ct) {
         cells.size[a] = (ct.grid.size[a] + cells.factor[a] - 1) / cells.factor[a];
     }
     cells.set.resize(static_cast<std::size_t>(cells.size[0]) * cells.size[1] * cells.size[2]);
+    cells.mean.resize(cells.set.size());
     on_all_processors(cells.size[2], 2, [&](int ck) {
         std::vector<long long> sums(static_cast<std::size_t>(cells.size[0]) * cells.size[1]);
         std::vector<int> counts(sums.size());
@@ -56,8 +59,10 @@ Cells tissue_cells(const CtImage& ct) {
                     ++counts[to + i / cells.factor[0]];
                 }
             }
-        for (std::size_t c = 0; c < sums.size(); ++c)
+        for (std::size_t c = 0; c < sums.size(); ++c) {
             cells.set[cells.index(0, 0, ck) + c] = sums[c] > static_cast<long long>(tissue_hu) * counts[c];
+            cells.mean[cells.index(0, 0, ck) + c] = static_cast<std::int16_t>(sums[c] / counts[c]);
+        }
     });
     return cells;
 }
@@ -77,34 +82,129 @@ void spread(Cells& cells, char value, const Cells* within = nullptr) {
     });
 }
 
-/// Leaves the pieces that hang together across faces and are at least `fraction` as large as the largest.
-void keep_large_pieces(Cells& cells, double fraction) {
-    std::vector<int> piece(cells.set.size(), 0);
-    std::vector<std::size_t> sizes{0}, waiting;
-    const std::size_t row = cells.size[0], layer = row * cells.size[1];
-    for (std::size_t seed = 0; seed < cells.set.size(); ++seed) {
-        if (!cells.set[seed] || piece[seed] != 0) continue;
-        const int number = static_cast<int>(sizes.size());
-        std::size_t count = 0;
-        piece[seed] = number;
-        waiting.assign(1, seed);
-        while (!waiting.empty()) {
-            const std::size_t at = waiting.back();
-            waiting.pop_back();
-            ++count;
-            cells.for_neighbours(static_cast<int>(at % row), static_cast<int>(at / row % cells.size[1]),
-                                 static_cast<int>(at / layer), [&](std::size_t n) {
-                                     if (!cells.set[n] || piece[n] != 0) return;
-                                     piece[n] = number;
-                                     waiting.push_back(n);
-                                 });
+/// Cells that hang together across faces.
+struct Piece {
+    std::size_t cells = 0, bone = 0, soft = 0;  // how many, and of what density
+    geometry::Vec3 sum{0, 0, 0};                // of their places [mm]
+
+    geometry::Vec3 middle() const { return sum / static_cast<double>(cells); }
+    double fraction(std::size_t of) const { return static_cast<double>(of) / static_cast<double>(cells); }
+};
+
+/// The pieces of the set cells, and which one each cell is of; 0 is none.
+struct Pieces {
+    std::vector<int> of;
+    std::vector<Piece> all{Piece{}};
+
+    Pieces(const Cells& cells, const std::vector<std::int16_t>& mean, const render::VolumeGrid& grid)
+        : of(cells.set.size(), 0) {
+        constexpr int bone = 180, softest = -60, hardest = 120;  // [HU]
+        const std::size_t row = cells.size[0], layer = row * cells.size[1];
+        std::vector<std::size_t> waiting;
+        for (std::size_t seed = 0; seed < cells.set.size(); ++seed) {
+            if (!cells.set[seed] || of[seed] != 0) continue;
+            const int number = static_cast<int>(all.size());
+            Piece& piece = all.emplace_back();
+            of[seed] = number;
+            waiting.assign(1, seed);
+            while (!waiting.empty()) {
+                const std::size_t at = waiting.back();
+                waiting.pop_back();
+                const std::array<int, 3> place = {static_cast<int>(at % row),
+                                                  static_cast<int>(at / row % cells.size[1]),
+                                                  static_cast<int>(at / layer)};
+                ++piece.cells;
+                piece.bone += mean[at] >= bone;
+                piece.soft += mean[at] >= softest && mean[at] <= hardest;
+                piece.sum += place_of(cells, grid, place);
+                cells.for_neighbours(place[0], place[1], place[2], [&](std::size_t n) {
+                    if (!cells.set[n] || of[n] != 0) return;
+                    of[n] = number;
+                    waiting.push_back(n);
+                });
+            }
         }
-        sizes.push_back(count);
     }
-    const double least = fraction * static_cast<double>(*std::ranges::max_element(sizes));
-    for (std::size_t c = 0; c < cells.set.size(); ++c)
-        cells.set[c] =
-            piece[c] != 0 && static_cast<double>(sizes[static_cast<std::size_t>(piece[c])]) >= least;
+    static geometry::Vec3 place_of(const Cells& cells, const render::VolumeGrid& grid,
+                                   const std::array<int, 3>& cell) {
+        geometry::Vec3 x = grid.origin;
+        for (int a = 0; a < 3; ++a) x += (cell[a] + 0.5) * cells.factor[a] * grid.steps[a];
+        return x;
+    }
+};
+
+/// From front to back: what lies between is beside the body, not before or behind it [mm].
+struct Depths {
+    double front = 0, back = 0;
+
+    bool hold(const Piece& piece) const { return piece.middle().y() >= front && piece.middle().y() <= back; }
+};
+
+/// Parts of the body: pieces of a quarter of the largest one or more, and others that have bone in soft
+/// tissue, as an arm has and no table.
+std::vector<char> parts_of_body(const Pieces& cores, double cell_volume) {
+    constexpr double large = 0.25, least = 10e3;                             // [mm³]
+    constexpr double least_bone = 0.005, most_bone = 0.7, least_soft = 0.2;  // of a piece
+    std::size_t largest = 0;
+    for (const Piece& piece : cores.all) largest = std::max(largest, piece.cells);
+    std::vector<char> kept{0};
+    for (std::size_t k = 1; k < cores.all.size(); ++k) {
+        const Piece& piece = cores.all[k];
+        const double bone = piece.fraction(piece.bone);
+        const bool limb = static_cast<double>(piece.cells) * cell_volume >= least && bone >= least_bone &&
+                          bone <= most_bone && piece.fraction(piece.soft) >= least_soft;
+        kept.push_back(static_cast<double>(piece.cells) >= large * static_cast<double>(largest) || limb);
+    }
+    return kept;
+}
+
+/// A shell of bone around air, as of a skull's vault, is thinner than a body; rails of a table lie behind.
+bool is_shell_of_bone(const Piece& piece, const Depths& body, double cell_volume) {
+    constexpr double least = 5e3, least_bone = 0.3;  // [mm³]; of the piece
+    return static_cast<double>(piece.bone) * cell_volume >= least &&
+           piece.fraction(piece.bone) >= least_bone && body.hold(piece);
+}
+
+Depths depths_of(const Cells& body, const render::VolumeGrid& grid) {
+    constexpr std::size_t every = 7;
+    std::vector<double> depths;
+    const std::size_t row = body.size[0], layer = row * body.size[1];
+    for (std::size_t at = 0; at < body.set.size(); at += every)
+        if (body.set[at])
+            depths.push_back(
+                Pieces::place_of(body, grid,
+                                 {static_cast<int>(at % row), static_cast<int>(at / row % body.size[1]),
+                                  static_cast<int>(at / layer)})
+                    .y());
+    if (depths.empty()) return {};
+    std::ranges::sort(depths);
+    return {depths[depths.size() / 20], depths[depths.size() - 1 - depths.size() / 20]};
+}
+
+/// "812 ml in 3 pieces outside the body were removed: 790 ml around (2, 140, 800) mm, behind it; …"
+std::string removal_note(const Pieces& removed, const Depths& body, double cell_volume) {
+    constexpr double worth_a_word = 1e3;  // [mm³]
+    constexpr std::size_t listed = 4;
+    std::vector<const Piece*> pieces;
+    double sum = 0;
+    for (std::size_t k = 1; k < removed.all.size(); ++k) {
+        const double volume = static_cast<double>(removed.all[k].cells) * cell_volume;
+        sum += volume;
+        if (volume >= worth_a_word) pieces.push_back(&removed.all[k]);
+    }
+    if (pieces.empty()) return {};
+    std::ranges::sort(pieces, [](const Piece* a, const Piece* b) { return a->cells > b->cells; });
+    std::string text = fmt::format("{:.0f} ml outside the body of the CT were removed:", 1e-3 * sum);
+    for (std::size_t k = 0; k < std::min(pieces.size(), listed); ++k) {
+        const geometry::Vec3 x = pieces[k]->middle();
+        text += fmt::format("{} {:.0f} ml around ({:.0f}, {:.0f}, {:.0f}) mm{}", k == 0 ? "" : ",",
+                            1e-3 * static_cast<double>(pieces[k]->cells) * cell_volume, x.x(), x.y(), x.z(),
+                            x.y() > body.back    ? " behind it"
+                            : x.y() < body.front ? " before it"
+                                                 : " beside it");
+    }
+    if (pieces.size() > listed) text += fmt::format(", and {} smaller pieces", pieces.size() - listed);
+    return text + "; keep_table = true keeps them";
 }
 
 /// Sets what the set cells enclose in each layer across `axis`.
@@ -140,38 +240,47 @@ void fill_layers(Cells& cells, int axis) {
 
 }  // namespace
 
-std::size_t remove_surroundings(CtImage& ct, const std::filesystem::path& file) {
+void remove_surroundings(CtImage& ct, const std::filesystem::path& file) {
     const Cells tissue = tissue_cells(ct);
+    const double cell_volume =
+        std::abs(ct.grid.axes().determinant()) * tissue.factor[0] * tissue.factor[1] * tissue.factor[2];
     Cells body = tissue;
     constexpr int thinned = 2;
     for (int n = 0; n < thinned; ++n) spread(body, 0);
     if (std::ranges::none_of(body.set, [](char c) { return c != 0; }))
         refuse_ct(file, "no body was found: nothing thicker than 8 mm is denser than -400 HU",
                   "expected a CT in Hounsfield units");
-    constexpr double large = 0.25;
-    keep_large_pieces(body, large);
+    const Pieces cores(body, tissue.mean, ct.grid);
+    const std::vector<char> parts = parts_of_body(cores, cell_volume);
+    for (std::size_t c = 0; c < body.set.size(); ++c)
+        body.set[c] = parts[static_cast<std::size_t>(cores.of[c])];
+    const Depths depths = depths_of(body, ct.grid);
     for (int n = 0; n < thinned + 1; ++n) spread(body, 1, &tissue);
+    Cells rest = tissue;
+    for (std::size_t c = 0; c < rest.set.size(); ++c) rest.set[c] = rest.set[c] && !body.set[c];
+    const Pieces others(rest, tissue.mean, ct.grid);
+    for (std::size_t c = 0; c < rest.set.size(); ++c)
+        if (others.of[c] > 0 &&
+            is_shell_of_bone(others.all[static_cast<std::size_t>(others.of[c])], depths, cell_volume))
+            body.set[c] = 1;
     int axis = 0;
     for (int a = 1; a < 3; ++a)
         if (std::abs(ct.grid.steps[a].normalized().z()) > std::abs(ct.grid.steps[axis].normalized().z()))
             axis = a;
     fill_layers(body, axis);
     spread(body, 1);
-    std::vector<std::size_t> removed(static_cast<std::size_t>(ct.grid.size[2]), 0);
+    for (std::size_t c = 0; c < rest.set.size(); ++c) rest.set[c] = tissue.set[c] && !body.set[c];
+    if (const std::string note = removal_note(Pieces(rest, tissue.mean, ct.grid), depths, cell_volume);
+        !note.empty())
+        ct.notes.push_back(note);
     on_all_processors(ct.grid.size[2], 4, [&](int k) {
         for (int j = 0; j < ct.grid.size[1]; ++j) {
             std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
             const char* keep = body.set.data() + body.index(0, j / body.factor[1], k / body.factor[2]);
-            for (int i = 0; i < ct.grid.size[0]; ++i) {
-                if (keep[i / body.factor[0]]) continue;
-                removed[static_cast<std::size_t>(k)] += row[i] > tissue_hu;
-                row[i] = air_hu;
-            }
+            for (int i = 0; i < ct.grid.size[0]; ++i)
+                if (!keep[i / body.factor[0]]) row[i] = air_hu;
         }
     });
-    std::size_t sum = 0;
-    for (const std::size_t n : removed) sum += n;
-    return sum;
 }
 
 namespace {

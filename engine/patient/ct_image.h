@@ -20,6 +20,8 @@ inline constexpr double most_samples = 6e8;
 struct CtImage {
     render::VolumeGrid grid;       // in coordinates as of DICOM: +x left, +y back, +z head [mm]
     std::vector<std::int16_t> hu;  // i fastest, then j, then k
+    // What was changed or left out since it lay in its file: a sentence each.
+    std::vector<std::string> notes;
 };
 
 /// Called with 0 to 1 while something takes long, and with what it is.

@@ -12,6 +12,7 @@
 #include "engine/patient/ct_cleaning.h"
 #include "engine/patient/ct_image.h"
 #include "engine/patient/ct_samples.h"
+#include "engine/patient/vessel_fit.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/xray/path_length.h"
@@ -22,13 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using geometry::Mat3;
 using geometry::Vec3;
-
-Mat3 turn_of(const PatientFiles& files) {
-    return (Eigen::AngleAxisd(files.rotation.z(), Vec3::UnitZ()) *
-            Eigen::AngleAxisd(files.rotation.y(), Vec3::UnitY()) *
-            Eigen::AngleAxisd(files.rotation.x(), Vec3::UnitX()))
-        .toRotationMatrix();
-}
 
 constexpr std::int16_t air = -1000;
 
@@ -122,10 +116,11 @@ void continue_beyond(CtImage& ct) {
                         ? static_cast<std::int16_t>(hu)
                         : static_cast<std::int16_t>(std::lround(air + weight * static_cast<float>(hu - air)));
             }
+    longer.notes = std::move(ct.notes);
     ct = std::move(longer);
 }
 
-constexpr std::uint64_t prepared_version = 3;  // to be raised when preparing gives other samples
+constexpr std::uint64_t prepared_version = 4;  // to be raised when preparing gives other samples
 
 std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMesh& lumen) {
     geometry::Hash hash;
@@ -133,7 +128,8 @@ std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMes
     hash.add(content_hash(files.ct));
     hash.add(std::uint64_t{files.series.size()});
     hash.add(files.series.data(), files.series.size());
-    hash.add(std::uint64_t{files.keep_table} + 2 * std::uint64_t{files.keep_contrast});
+    hash.add(std::uint64_t{files.keep_table} + 2 * std::uint64_t{files.keep_contrast} +
+             4 * std::uint64_t{files.partial});
     for (int a = 0; a < 3; ++a) {
         hash.add(files.shift[a]);
         hash.add(files.rotation[a]);
@@ -143,17 +139,18 @@ std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMes
     return hash.value();
 }
 
-/// A prepared CT on disk: this, then the samples.
+/// A prepared CT on disk: this, the samples, and the notes, each followed by an end of line.
 struct PreparedHeader {
-    char magic[8] = {'S', 'E', 'L', 'D', 'C', 'T', '0', '1'};
-    std::uint64_t fingerprint = 0, samples_hash = 0;
+    char magic[8] = {'S', 'E', 'L', 'D', 'C', 'T', '0', '2'};
+    std::uint64_t fingerprint = 0, hash = 0, notes = 0;  // the hash is of samples and notes; notes [bytes]
     std::int32_t size[4] = {};
     double origin[3] = {}, steps[9] = {};
 };
 
-std::uint64_t samples_hash(const std::vector<std::int16_t>& samples) {
+std::uint64_t hash_of(const std::vector<std::int16_t>& samples, const std::string& notes) {
     geometry::Hash hash;
     hash.add(samples.data(), samples.size() * sizeof(std::int16_t));
+    hash.add(notes.data(), notes.size());
     return hash.value();
 }
 
@@ -174,21 +171,31 @@ std::optional<CtImage> kept(const fs::path& path, std::uint64_t wanted) {
         for (int b = 0; b < 3; ++b) ct.grid.steps[a][b] = header.steps[3 * a + b];
     }
     std::error_code failed;
-    if (!(samples <= most_samples) ||
-        fs::file_size(path, failed) != sizeof header + ct.grid.count() * sizeof(std::int16_t) || failed)
+    constexpr std::uint64_t most_notes = 1 << 20;
+    if (!(samples <= most_samples) || header.notes > most_notes ||
+        fs::file_size(path, failed) !=
+            sizeof header + ct.grid.count() * sizeof(std::int16_t) + header.notes ||
+        failed)
         return std::nullopt;
     ct.hu.resize(ct.grid.count());
+    std::string notes(header.notes, '\0');
     if (!file.read(reinterpret_cast<char*>(ct.hu.data()),
-                   static_cast<std::streamsize>(ct.hu.size() * sizeof(std::int16_t))))
+                   static_cast<std::streamsize>(ct.hu.size() * sizeof(std::int16_t))) ||
+        !file.read(notes.data(), static_cast<std::streamsize>(notes.size())))
         return std::nullopt;
-    if (samples_hash(ct.hu) != header.samples_hash) return std::nullopt;
+    if (hash_of(ct.hu, notes) != header.hash) return std::nullopt;
+    for (std::size_t from = 0, end; (end = notes.find('\n', from)) != std::string::npos; from = end + 1)
+        ct.notes.push_back(notes.substr(from, end - from));
     return ct;
 }
 
 std::string prepared_bytes(std::uint64_t name, const CtImage& ct) {
     PreparedHeader header;
+    std::string notes;
+    for (const std::string& note : ct.notes) notes += note + '\n';
     header.fingerprint = name;
-    header.samples_hash = samples_hash(ct.hu);
+    header.hash = hash_of(ct.hu, notes);
+    header.notes = notes.size();
     for (int a = 0; a < 3; ++a) {
         header.size[a] = ct.grid.size[a];
         header.origin[a] = ct.grid.origin[a];
@@ -197,14 +204,16 @@ std::string prepared_bytes(std::uint64_t name, const CtImage& ct) {
     std::string bytes(sizeof header + ct.hu.size() * sizeof(std::int16_t), '\0');
     std::memcpy(bytes.data(), &header, sizeof header);
     std::memcpy(bytes.data() + sizeof header, ct.hu.data(), ct.hu.size() * sizeof(std::int16_t));
-    return bytes;
+    return bytes + notes;
 }
 
 CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen, const Progress& progress) {
     CtImage ct = read_ct(files.ct, files.series, progress);
-    const Mat3 turn = turn_of(files);
+    const Mat3 turn = turn_by(files.rotation);
     ct.grid.origin = turn * ct.grid.origin + files.shift;
     for (Vec3& step : ct.grid.steps) step = turn * step;
+    if (const std::string note = require_fit(ct, lumen, files); !note.empty())
+        ct.notes.push_back(note);
     if (!files.keep_table) {
         if (progress) progress(0.0, "finding the body in the CT");
         remove_surroundings(ct, files.ct);
@@ -237,6 +246,9 @@ render::DensityVolume ct_volume(const PatientFiles& files, const geometry::Trian
             ct = prepared(files, lumen, cache.progress);
             if (place.exists()) place.keep_file(prepared_bytes(name, *ct));
         }
+        if (cache.note)
+            for (const std::string& note : ct->notes)
+                cache.note(fmt::format("{}: {}", files.ct.filename().string(), note));
         return {"CT", ct->grid, std::move(ct->hu), materials_of_hounsfield()};
     } catch (const io::InputError& error) {
         throw io::InputError(files.place.file.empty() ? error.what()
@@ -247,7 +259,7 @@ render::DensityVolume ct_volume(const PatientFiles& files, const geometry::Trian
 
 std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
     std::vector<render::TissueLayer> layers;
-    const Mat3 turn = turn_of(files);
+    const Mat3 turn = turn_by(files.rotation);
     for (const PatientMesh& wanted : files.meshes) {
         render::TissueLayer layer;
         layer.name = wanted.file.stem().string();

@@ -1,17 +1,11 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <dcmtk/dcmdata/dcrledrg.h>
-#include <dcmtk/dcmdata/dctk.h>
-#include <dcmtk/dcmjpeg/djdecode.h>
-#include <dcmtk/dcmjpls/djdecode.h>
-#include <dcmtk/oflog/oflog.h>
 #include <fmt/format.h>
 #include <map>
 
-#include "engine/io/text.h"
+#include "engine/io/files.h"
 #include "engine/patient/ct_samples.h"
-#include "engine/patient/dicom_depth.h"
+#include "engine/patient/dicom_file.h"
 
 namespace patient {
 namespace {
@@ -21,133 +15,10 @@ using geometry::Vec3;
 
 constexpr std::size_t most_files = 20000;
 
-/// Decoders of compressed samples, and no reports on stderr: errors go where the others go.
-struct Dcmtk {
-    Dcmtk() {
-        OFLog::configure(OFLogger::OFF_LOG_LEVEL);
-        DcmRLEDecoderRegistration::registerCodecs();
-        DJDecoderRegistration::registerCodecs();
-        DJLSDecoderRegistration::registerCodecs();
-    }
-    ~Dcmtk() {
-        DcmRLEDecoderRegistration::cleanup();
-        DJDecoderRegistration::cleanup();
-        DJLSDecoderRegistration::cleanup();
-    }
-};
-
-/// One file of a series, without its samples.
-struct Slice {
-    fs::path file;
-    std::string series, number, description;
-    int columns = 0, rows = 0;
-    Vec3 position, along_row, along_column;  // of the first sample; unit vectors
-    double column_step = 0, row_step = 0;    // between columns, and between rows [mm]
-    Rescale rescale;
-};
-
-bool has_dicom_mark(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    char mark[4] = {};
-    return file.seekg(128) && file.read(mark, 4) && std::string_view(mark, 4) == "DICM";
-}
-
-std::string text_of(DcmDataset& data, const DcmTagKey& tag) {
-    OFString value;
-    data.findAndGetOFStringArray(tag, value);
-    return std::string(value.c_str(), std::min<std::size_t>(value.size(), 120));
-}
-
-std::optional<double> number_of(DcmDataset& data, const DcmTagKey& tag, unsigned long index) {
-    OFString value;
-    if (data.findAndGetOFString(tag, value, index).bad()) return std::nullopt;
-    std::string_view text(value.c_str(), value.size());
-    while (text.starts_with(' ')) text.remove_prefix(1);
-    while (text.ends_with(' ') || text.ends_with('\0')) text.remove_suffix(1);
-    if (text.starts_with('+')) text.remove_prefix(1);
-    const std::optional<double> number = io::parse_number(text);
-    return number && std::isfinite(*number) ? number : std::nullopt;
-}
-
-template <std::size_t N>
-std::array<double, N> numbers_of(const fs::path& path, DcmDataset& data, const DcmTagKey& tag,
-                                 const char* name) {
-    std::array<double, N> result;
-    for (std::size_t i = 0; i < N; ++i) {
-        const auto number = number_of(data, tag, i);
-        if (!number)
-            refuse_ct(path, fmt::format("'{}' was found for {}", text_of(data, tag), name),
-                      fmt::format("expected {} finite numbers", N));
-        result[i] = *number;
-    }
-    return result;
-}
-
-int whole_of(DcmDataset& data, const DcmTagKey& tag) {
-    Uint16 value = 0;
-    return data.findAndGetUint16(tag, value).good() ? value : -1;
-}
-
-/// The header of a file; empty for one that is no image of a CT, such as a report or a survey view.
-std::optional<Slice> slice_of(const fs::path& path) {
-    check_dicom_depth(path);
-    DcmFileFormat file;
-    constexpr Uint32 short_values = 4096;  // longer ones stay in the file: the samples
-    if (const OFCondition read = file.loadFile(path.c_str(), EXS_Unknown, EGL_noChange, short_values);
-        read.bad())
-        refuse_ct(path, fmt::format("DCMTK cannot read it ({})", read.text()), "expected a whole DICOM file");
-    DcmDataset& data = *file.getDataset();
-    if (text_of(data, DCM_Modality) != "CT" || !data.tagExists(DCM_PixelData)) return std::nullopt;
-    if (text_of(data, DCM_ImageType).find("LOCALIZER") != std::string::npos) return std::nullopt;
-    // Pictures of the screen, such as dose reports, bear the scanner's modality.
-    if (text_of(data, DCM_SOPClassUID).starts_with(UID_SecondaryCaptureImageStorage)) return std::nullopt;
-    Slice slice;
-    slice.file = path;
-    slice.series = text_of(data, DCM_SeriesInstanceUID);
-    slice.number = text_of(data, DCM_SeriesNumber);
-    slice.description = text_of(data, DCM_SeriesDescription);
-    if (slice.series.empty()) refuse_ct(path, "no SeriesInstanceUID was found", "one is needed");
-    if (number_of(data, DCM_NumberOfFrames, 0).value_or(1) != 1)
-        refuse_ct(path, "several frames in one file were found (enhanced CT)",
-                  "expected a file for each slice; dcm2niix converts others to NIfTI");
-    slice.rows = whole_of(data, DCM_Rows);
-    slice.columns = whole_of(data, DCM_Columns);
-    if (slice.rows < 2 || slice.columns < 2)
-        refuse_ct(path, fmt::format("{} rows and {} columns were found", slice.rows, slice.columns),
-                  "expected 2 or more of each");
-    const int bits = whole_of(data, DCM_BitsAllocated), per_pixel = whole_of(data, DCM_SamplesPerPixel);
-    if (bits != 16 || per_pixel != 1 || text_of(data, DCM_PhotometricInterpretation) != "MONOCHROME2")
-        refuse_ct(path,
-                  fmt::format("{} bits in {} values a sample, '{}', were found", bits, per_pixel,
-                              text_of(data, DCM_PhotometricInterpretation)),
-                  "expected 16 bits in one value, MONOCHROME2");
-    const auto place = numbers_of<3>(path, data, DCM_ImagePositionPatient, "ImagePositionPatient");
-    const auto turn = numbers_of<6>(path, data, DCM_ImageOrientationPatient, "ImageOrientationPatient");
-    const auto spacing = numbers_of<2>(path, data, DCM_PixelSpacing, "PixelSpacing");
-    slice.position = Vec3(place[0], place[1], place[2]);
-    slice.along_row = Vec3(turn[0], turn[1], turn[2]);
-    slice.along_column = Vec3(turn[3], turn[4], turn[5]);
-    constexpr double slack = 1e-2;
-    if (std::abs(slice.along_row.norm() - 1) > slack || std::abs(slice.along_column.norm() - 1) > slack ||
-        std::abs(slice.along_row.dot(slice.along_column)) > slack)
-        refuse_ct(
-            path,
-            fmt::format("ImageOrientationPatient '{}' was found", text_of(data, DCM_ImageOrientationPatient)),
-            "expected two perpendicular unit vectors");
-    slice.row_step = spacing[0];
-    slice.column_step = spacing[1];
-    if (!(slice.row_step > 0 && slice.column_step > 0))
-        refuse_ct(path, fmt::format("PixelSpacing '{}' was found", text_of(data, DCM_PixelSpacing)),
-                  "expected two numbers above 0");
-    slice.rescale.slope = numbers_of<1>(path, data, DCM_RescaleSlope, "RescaleSlope")[0];
-    slice.rescale.intercept = numbers_of<1>(path, data, DCM_RescaleIntercept, "RescaleIntercept")[0];
-    return slice;
-}
-
-using Series = std::vector<Slice>;
+using Series = std::vector<DicomSlice>;
 
 std::string series_text(const Series& series) {
-    const Slice& first = series.front();
+    const DicomSlice& first = series.front();
     return fmt::format("number {}, '{}', {} slices of {} × {}, UID {}",
                        first.number.empty() ? "?" : first.number, first.description, series.size(),
                        first.columns, first.rows, first.series);
@@ -159,7 +30,7 @@ Series chosen(const fs::path& folder, std::map<std::string, Series> all, const s
     for (const auto& [uid, series] : all) listed += "\n  " + series_text(series);
     std::vector<const Series*> fitting;
     for (const auto& [uid, series] : all) {
-        const Slice& first = series.front();
+        const DicomSlice& first = series.front();
         if (wanted.empty() || uid == wanted || first.number == wanted || first.description == wanted)
             fitting.push_back(&series);
     }
@@ -175,10 +46,9 @@ Series chosen(const fs::path& folder, std::map<std::string, Series> all, const s
               "expected the number, description or UID of one:" + listed);
 }
 
-/// Sorts the slices along their normal and finds the step from each to the next.
-Vec3 sorted_step(const fs::path& folder, Series& series) {
-    const Slice model = series.front();
-    for (const Slice& slice : series) {
+void require_one_grid(const fs::path& folder, const Series& series) {
+    const DicomSlice& model = series.front();
+    for (const DicomSlice& slice : series) {
         constexpr double slack = 1e-3;
         if (slice.rows != model.rows || slice.columns != model.columns ||
             std::abs(slice.row_step - model.row_step) > slack ||
@@ -192,80 +62,152 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
     if (series.size() < 2)
         refuse_ct(folder, fmt::format("one slice was found in the series {}", series_text(series)),
                   "expected two or more");
-    const Vec3 normal = model.along_row.cross(model.along_column).normalized();
-    std::ranges::sort(series, [&](const Slice& a, const Slice& b) {
-        const double da = normal.dot(a.position), db = normal.dot(b.position);
-        return da != db ? da < db : a.file < b.file;
-    });
-    // The usual step is the median one, so that a gap does not hide in the mean.
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < series.size(); ++i)
-        steps.push_back(normal.dot(series[i].position - series[i - 1].position));
-    std::vector<double> ordered = steps;
-    std::nth_element(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(ordered.size() / 2),
-                     ordered.end());
-    const double usual = ordered[ordered.size() / 2];
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const double slack = std::max(0.02, 0.02 * usual);  // positions are rounded to 0.01 mm or so
-        if (std::abs(steps[i] - usual) <= slack) continue;
-        const std::string where =
-            fmt::format("{:.3f} mm lie between {} and {}, {:.3f} mm between most slices", steps[i],
-                        series[i].file.filename().string(), series[i + 1].file.filename().string(), usual);
-        refuse_ct(folder, (steps[i] > 1.5 * usual ? "a slice is missing: " : "") + where,
-                  "expected slices equally far apart, each place once");
-    }
-    const Vec3 step =
-        (series.back().position - series.front().position) / static_cast<double>(series.size() - 1);
-    for (std::size_t i = 0; i < series.size(); ++i) {
-        const double off =
-            (series[i].position - series.front().position - static_cast<double>(i) * step).norm();
-        constexpr double most = 0.25;  // a tilted gantry is a straight step; a wandering table is not [mm]
-        if (off > most)
-            refuse_ct(series[i].file,
-                      fmt::format("its position is {:.2f} mm beside the line of the others", off),
-                      fmt::format("expected at most {} mm", most));
-    }
-    return step;
 }
 
-void read_slice(const Slice& slice, std::int16_t* to) {
-    check_dicom_depth(slice.file);  // it may have changed since
-    DcmFileFormat file;
-    if (const OFCondition read = file.loadFile(slice.file.c_str()); read.bad())
-        refuse_ct(slice.file, fmt::format("DCMTK cannot read it ({})", read.text()),
-                  "expected a whole DICOM file");
-    DcmDataset& data = *file.getDataset();
-    if (const OFCondition decoded = data.chooseRepresentation(EXS_LittleEndianExplicit, nullptr);
-        decoded.bad())
-        refuse_ct(
-            slice.file,
-            fmt::format("samples compressed as '{}' cannot be read ({})",
-                        DcmXfer(data.getOriginalXfer()).getXferName(), decoded.text()),
-            "expected uncompressed samples, RLE, JPEG or JPEG-LS; 'gdcmconv --raw' decompresses others");
-    const Uint16* words = nullptr;
-    unsigned long found = 0;
-    const unsigned long needed =
-        static_cast<unsigned long>(slice.rows) * static_cast<unsigned long>(slice.columns);
-    if (data.findAndGetUint16Array(DCM_PixelData, words, &found).bad() || !words || found < needed)
-        refuse_ct(slice.file, fmt::format("{} samples were found", words ? found : 0),
-                  fmt::format("expected {} × {}", slice.columns, slice.rows));
-    const bool is_signed = whole_of(data, DCM_PixelRepresentation) == 1;
-    int stored = whole_of(data, DCM_BitsStored);
-    if (stored < 1 || stored > 16) stored = 16;
-    const int unused = 16 - stored;  // bits above the highest, which may hold anything
-    for (unsigned long i = 0; i < needed; ++i) {
-        const auto shifted = static_cast<std::uint16_t>(words[i] << unused);
-        const double value = is_signed ? static_cast<std::int16_t>(shifted) >> unused : shifted >> unused;
-        const auto hu = as_hu(slice.rescale.slope * value + slice.rescale.intercept);
-        if (!hu) refuse_ct(slice.file, "a value that is not finite was found", "expected finite values");
-        to[i] = *hu;
+bool same_bytes(const fs::path& a, const fs::path& b) {
+    std::error_code failed;
+    return fs::file_size(a, failed) == fs::file_size(b, failed) && !failed &&
+           io::read_text(a, "DICOM file", "expected a whole file") ==
+               io::read_text(b, "DICOM file", "expected a whole file");
+}
+
+/// Sorts the slices along their normal, and leaves out copies of files; returns how many.
+int sort_slices(Series& series) {
+    const Vec3 normal = series.front().along_row.cross(series.front().along_column).normalized();
+    std::ranges::sort(series, [&](const DicomSlice& a, const DicomSlice& b) {
+        const double da = normal.dot(a.position), db = normal.dot(b.position);
+        return da != db ? da < db : a.file != b.file ? a.file < b.file : a.frame < b.frame;
+    });
+    const auto is_copy = [](const DicomSlice& a, const DicomSlice& b) {
+        return a.uid == b.uid && a.frame == b.frame && a.position == b.position && a.file != b.file &&
+               same_bytes(a.file, b.file);
+    };
+    const auto end = std::unique(series.begin(), series.end(), is_copy);
+    const auto copies = static_cast<int>(series.end() - end);
+    series.erase(end, series.end());
+    return copies;
+}
+
+/// Where a series of sorted slices lies along its line.
+struct Line {
+    Vec3 step;                      // from each slice to the next, where steps are equal
+    std::vector<double> places;     // of slices, from the first in units of that step
+    double largest = 0, least = 0;  // steps [mm]
+    double usual = 0;               // a quarter of the steps are no longer than this [mm]
+    double off = 0;                 // largest deviation from equal steps [mm]
+};
+
+Line line_of(const fs::path& folder, const Series& series) {
+    const std::size_t last = series.size() - 1;
+    const Vec3 way = series.back().position - series.front().position;
+    const Vec3 normal = series.front().along_row.cross(series.front().along_column).normalized();
+    Line line;
+    line.step = way / static_cast<double>(last);
+    const double step = line.step.norm(), rise = normal.dot(way);
+    std::vector<double> steps;
+    for (std::size_t i = 0; i <= last; ++i) {
+        const Vec3 from_first = series[i].position - series.front().position;
+        const double part = rise > 0 ? normal.dot(from_first) / rise : 0;
+        // A tilted gantry is a straight line; a wandering table is not.
+        constexpr double most_beside = 0.25;  // [mm]
+        if (const double beside = (from_first - part * way).norm(); beside > most_beside)
+            refuse_ct(series[i].file,
+                      fmt::format("its position is {:.2f} mm beside the line of the others", beside),
+                      fmt::format("expected at most {} mm", most_beside));
+        line.places.push_back(part * static_cast<double>(last));
+        line.off = std::max(line.off, std::abs(line.places[i] - static_cast<double>(i)) * step);
+        if (i > 0) steps.push_back((line.places[i] - line.places[i - 1]) * step);
+    }
+    std::ranges::sort(steps);
+    line.least = steps.front(), line.largest = steps.back();
+    line.usual = steps[steps.size() / 4];
+    // Two images of one place are two of something: phases of a heart, or reconstructions.
+    constexpr double least_step = 0.02;  // [mm]
+    for (std::size_t i = 1; i <= last; ++i)
+        if (const double by = (line.places[i] - line.places[i - 1]) * step; by < least_step)
+            refuse_ct(folder,
+                      fmt::format("{:.3f} mm lie between {} and {}, which differ", by,
+                                  series[i - 1].file.filename().string(), series[i].file.filename().string()),
+                      "expected one image of each place: one phase, one reconstruction");
+    return line;
+}
+
+/// Refuses a series of equal steps from which slices are missing: what lies there is not known.
+void require_no_gap(const fs::path& folder, const Series& series, const Line& line) {
+    const double step = line.step.norm();
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < series.size(); ++i)
+        steps.push_back((line.places[i] - line.places[i - 1]) * step);
+    std::vector<double> ordered = steps;
+    std::ranges::sort(ordered);
+    const double median = ordered[ordered.size() / 2];
+    const double slack = std::max(0.12, 0.02 * median);  // positions may be rounded to 0.1 mm
+    std::size_t gap = 0;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const double times = std::round(steps[i] / median);
+        if (times < 1 || std::abs(steps[i] - times * median) > slack) return;  // steps that change
+        if (times == 1) continue;
+        if (i > 0 && steps[i - 1] > 1.5 * median) return;  // several long ones in a row: they change, too
+        if (gap == 0) gap = i + 1;
+    }
+    if (gap == 0) return;
+    refuse_ct(
+        folder,
+        fmt::format("a slice is missing: {:.3f} mm lie between {} and {}, {:.3f} mm between most slices",
+                    steps[gap - 1], series[gap - 1].file.filename().string(),
+                    series[gap].file.filename().string(), median),
+        "expected a whole series");
+}
+
+/// Samples at equal steps, by straight lines between slices.
+void resample(CtImage& ct, const Line& line, double step) {
+    const double length = line.step.norm();
+    const double last = line.places.back() * length;
+    const auto layers = static_cast<int>(std::floor(last / step + 1e-6)) + 1;
+    CtImage even;
+    even.grid = ct.grid;
+    even.grid.size[2] = layers;
+    even.grid.steps[2] = step / length * line.step;
+    even.hu.resize(even.grid.count());
+    const std::size_t layer =
+        static_cast<std::size_t>(ct.grid.size[0]) * static_cast<std::size_t>(ct.grid.size[1]);
+    std::size_t below = 0;
+    for (int k = 0; k < layers; ++k) {
+        const double at = std::min(k * step / length, line.places.back());
+        while (below + 2 < line.places.size() && line.places[below + 1] <= at) ++below;
+        const double part = (at - line.places[below]) / (line.places[below + 1] - line.places[below]);
+        const std::int16_t *a = ct.hu.data() + below * layer, *b = a + layer;
+        std::int16_t* const to = even.hu.data() + static_cast<std::size_t>(k) * layer;
+        for (std::size_t i = 0; i < layer; ++i)
+            to[i] = static_cast<std::int16_t>(std::lround((1 - part) * a[i] + part * b[i]));
+    }
+    even.notes = std::move(ct.notes);
+    ct = std::move(even);
+}
+
+/// All slices, each file read once.
+void read_all(const Series& series, CtImage& ct, const Progress& progress) {
+    std::map<fs::path, std::vector<int>> by_file;
+    for (std::size_t k = 0; k < series.size(); ++k) by_file[series[k].file].push_back(static_cast<int>(k));
+    std::size_t done = 0;
+    for (const auto& [file, layers] : by_file) {
+        if (progress)
+            progress(0.5 + 0.5 * static_cast<double>(done) / static_cast<double>(series.size()),
+                     "reading the CT");
+        std::vector<const DicomSlice*> slices;
+        std::vector<std::int16_t*> to;
+        for (const int k : layers) {
+            slices.push_back(&series[static_cast<std::size_t>(k)]);
+            to.push_back(ct.hu.data() + ct.grid.index(0, 0, k));
+        }
+        read_dicom_slices(slices, to);
+        done += layers.size();
     }
 }
 
 }  // namespace
 
 CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Progress& progress) {
-    static const Dcmtk dcmtk;
     std::vector<fs::path> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
         if (!entry.is_regular_file() || !has_dicom_mark(entry.path())) continue;
@@ -280,34 +222,51 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
     for (std::size_t i = 0; i < files.size(); ++i) {
         if (progress)
             progress(0.5 * static_cast<double>(i) / static_cast<double>(files.size()), "reading the CT");
-        if (auto slice = slice_of(files[i])) all[slice->series].push_back(std::move(*slice));
+        for (DicomSlice& slice : dicom_slices(files[i])) all[slice.series].push_back(std::move(slice));
     }
     if (all.empty())
         refuse_ct(folder, fmt::format("no slices of CT were found in {} DICOM files", files.size()),
                   "expected a folder of DICOM files");
     Series series = chosen(folder, std::move(all), wanted);
-    const Vec3 step = sorted_step(folder, series);
     CtImage ct;
-    const Slice& first = series.front();
+    require_one_grid(folder, series);
+    if (const int copies = sort_slices(series); copies > 0)
+        ct.notes.push_back(fmt::format("{} {} left out: copies of other files", copies,
+                                       copies == 1 ? "slice was" : "slices were"));
+    require_one_grid(folder, series);
+    const Line line = line_of(folder, series);
+    const DicomSlice& first = series.front();
     ct.grid.size = {first.columns, first.rows, static_cast<int>(series.size())};
     ct.grid.origin = first.position;
-    ct.grid.steps = {first.column_step * first.along_row, first.row_step * first.along_column, step};
+    ct.grid.steps = {first.column_step * first.along_row, first.row_step * first.along_column, line.step};
     require_usable(folder, ct.grid);
-    // Compressed or not, a sample takes some room: no header asks for memory that its file does not fill.
-    constexpr double largest_ratio = 1000;
-    const double a_slice = 2.0 * first.rows * first.columns;
-    for (const Slice& slice : series)
-        if (a_slice > largest_ratio * static_cast<double>(fs::file_size(slice.file)))
-            refuse_ct(slice.file,
-                      fmt::format("its header asks for {} × {} samples, more than it can hold", first.columns,
-                                  first.rows),
-                      "expected a whole DICOM file");
+    const double mean = line.step.norm();
+    constexpr double rounded = 0.11, told = 0.02;  // positions to 0.1 mm; and what is not worth a word [mm]
+    const bool even = line.off <= rounded && line.largest < 1.5 * mean;
+    constexpr double longest = 10;  // [mm]
+    if (!even) {
+        require_no_gap(folder, series, line);
+        if (line.largest > longest)
+            refuse_ct(folder, fmt::format("slices {:.2f} mm apart were found", line.largest),
+                      fmt::format("expected at most {:g} mm", longest));
+        render::VolumeGrid finer = ct.grid;
+        finer.steps[2] *= line.usual / mean;
+        finer.size[2] = static_cast<int>(std::min(32768.0, line.places.back() * mean / line.usual)) + 1;
+        require_usable(folder, finer);
+    }
     ct.hu.resize(ct.grid.count());
-    for (std::size_t k = 0; k < series.size(); ++k) {
-        if (progress)
-            progress(0.5 + 0.5 * static_cast<double>(k) / static_cast<double>(series.size()),
-                     "reading the CT");
-        read_slice(series[k], ct.hu.data() + ct.grid.index(0, 0, static_cast<int>(k)));
+    read_all(series, ct, progress);
+    if (!even) {
+        resample(ct, line, line.usual);
+        ct.notes.push_back(
+            fmt::format("slices are {:.2f} to {:.2f} mm apart; they were resampled to {:.2f} mm, by straight "
+                        "lines between slices",
+                        line.least, line.largest, line.usual));
+    } else if (line.off > told) {
+        ct.notes.push_back(
+            fmt::format("slices deviate by up to {:.2f} mm from equal steps of {:.3f} mm, as rounded "
+                        "positions do; the steps were taken as equal",
+                        line.off, mean));
     }
     return ct;
 }

@@ -26,12 +26,21 @@ struct PatientFiles {
     std::string series;                // of a folder of DICOM files
     bool keep_table = false;           // what lies outside the body stays
     bool keep_contrast = false;        // so does contrast in the lumen
+    bool partial = false;              // the CT shows only some of the vessels
     geometry::Vec3 shift{0, 0, 0};     // from the files' coordinates to the anatomy's, after the turn [mm]
     geometry::Vec3 rotation{0, 0, 0};  // about x, then y, then z of the files' coordinates [rad]
     std::vector<PatientMesh> meshes;
     std::uint64_t content = 0;  // hash of all files
     io::TextPlace place = {};   // where the scenario asks for the CT
 };
+
+/// A turn about x, then y, then z [rad].
+inline geometry::Mat3 turn_by(const geometry::Vec3& rotation) {
+    return (Eigen::AngleAxisd(rotation.z(), geometry::Vec3::UnitZ()) *
+            Eigen::AngleAxisd(rotation.y(), geometry::Vec3::UnitY()) *
+            Eigen::AngleAxisd(rotation.x(), geometry::Vec3::UnitX()))
+        .toRotationMatrix();
+}
 
 /// The CT with what its header names, and the meshes.
 std::vector<std::filesystem::path> inputs_of(const PatientFiles&);

@@ -144,7 +144,7 @@ CtImage voxelised(std::span<const render::TissueLayer> layers, const render::Vol
         if (layer.material != layer.inside)
             parts.push_back({MeshCoverage(layer.mesh, grid),
                              static_cast<float>(attenuation(layer.material) - attenuation(layer.inside))});
-    CtImage ct{grid, std::vector<std::int16_t>(grid.count())};
+    CtImage ct{grid, std::vector<std::int16_t>(grid.count()), {}};
     const double of_nothing = hounsfield(0.0), per_attenuation = hounsfield(1.0) - of_nothing;
     geometry::parallel_for(
         grid.size[2], static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u)),

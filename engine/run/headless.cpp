@@ -85,7 +85,8 @@ public:
         if (options.images && options.dicom) {
             script::Origin origin = options.origin;
             exercise::identify(origin, simulation);
-            angiograms_.emplace(folder.dicom(), *options.dicom, origin, script, options.every);
+            angiograms_.emplace(folder.dicom(), *options.dicom, options.dicom_identity, origin, script,
+                                options.every);
         }
         if (!options.images || !options.panel) return;
         panel_.emplace();

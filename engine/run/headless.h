@@ -75,6 +75,7 @@ struct RunOptions {
     bool truth = false;                           // ground truth of each image, in truth/
     exercise::TruthParts truth_parts;             // what that has besides masks
     std::optional<dicom::Pixels> dicom;           // the images as DICOM objects, in dicom/
+    dicom::Identity dicom_identity;               // of those
     std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording
     script::Origin origin;                        // program and learner, named in the recording

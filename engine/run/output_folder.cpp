@@ -67,10 +67,11 @@ bool is_angiogram_file_name(const std::string& name) {
     return number && *number > 0 && angiogram_file_name(*number) == name;
 }
 
-AngiogramFolder::AngiogramFolder(std::filesystem::path folder, dicom::Pixels pixels,
+AngiogramFolder::AngiogramFolder(std::filesystem::path folder, dicom::Pixels pixels, dicom::Identity identity,
                                  const script::Origin& origin, const script::CommandScript& script, int every)
     : folder_(std::move(folder)),
       pixels_(pixels),
+      identity_(std::move(identity)),
       origin_(origin),
       script_(script),
       study_(study_of(origin, script)),
@@ -100,6 +101,7 @@ void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse&
     finish();
     const bool shown = pixels_ == dicom::Pixels::Shown, dsa = pulse.mode == script::ImagingMode::Dsa;
     dicom::Series series;
+    series.identity = identity_;
     series.program = origin_.program;
     series.patient = origin_.scenario;
     series.subject = origin_.learner;

@@ -29,7 +29,7 @@ class AngiogramFolder {
 public:
     /// `origin` with the names and hashes of scenario and anatomy; `every`: frames between two images. The
     /// folder must exist, and the script, which is that of the run, must outlive this.
-    AngiogramFolder(std::filesystem::path folder, dicom::Pixels, const script::Origin&,
+    AngiogramFolder(std::filesystem::path folder, dicom::Pixels, dicom::Identity, const script::Origin&,
                     const script::CommandScript&, int every);
 
     /// Adds the image of a frame if a pulse was taken since the last one; writes the object before when this
@@ -45,6 +45,7 @@ private:
 
     std::filesystem::path folder_;
     dicom::Pixels pixels_;
+    dicom::Identity identity_;
     script::Origin origin_;
     const script::CommandScript& script_;
     std::uint64_t study_;

@@ -368,6 +368,7 @@ void read_patient(io::Section section, const std::filesystem::path& file, Scenar
         section.refuse("series", *series, "expected it only with ct = \"FOLDER of DICOM files\"");
     section.flag("keep_table", files.keep_table);
     section.flag("keep_contrast", files.keep_contrast);
+    section.flag("partial", files.partial);
     section.point("shift_mm", files.shift, 1e4);
     if (section.point("rotation_deg", files.rotation, 360)) files.rotation *= geometry::degree;
     std::vector<std::string_view> names;

@@ -177,4 +177,51 @@ TEST_F(RunCommand, AngiogramsAreTakenByADicomdirAndByAValidator) {
     }
 }
 
+/// As a hospital's test archive gets them: by the network, with the date and the patient of an exercise.
+TEST_F(RunCommand, AngiogramsOfADateAndAPatientAreStoredByAnArchive) {
+    if (std::system("storescp --version >/dev/null 2>&1") != 0 ||
+        std::system("command -v dciodvfy >/dev/null") != 0)
+        GTEST_SKIP() << "storescp or dciodvfy is not installed";
+    write(folder / "x.gw", "0 beam on\n4 inject 4 ml at 8 ml/s into tube of 250 mg/ml\n12 end\n");
+    const auto made_with = [&](const std::vector<std::string>& more, const std::string& to) {
+        std::vector<std::string> words = {"--dicom", "shown"};
+        words.insert(words.end(), more.begin(), more.end());
+        return run(folder, s_bend_run(folder / to, words, folder / "x.gw"));
+    };
+    const Outcome made =
+        made_with({"--dicom-date", "2026-11-27T14:05:00", "--dicom-patient", "Doe^Jane^A,4711"}, "out");
+    ASSERT_LE(made.code, 1) << made.error;
+    // Any free port; storescp says nothing until it has one.
+    std::filesystem::create_directory(folder / "archive");
+    const std::string script =
+        "for port in $(shuf -i 20000-60000 -n 20 --random-source=<(yes)); do "
+        "storescp -od \"$0\" +xa $port & server=$!; "
+        "for wait in 1 2 3 4 5 6 7 8 9 10; do "
+        "if storescu 127.0.0.1 $port \"$1\"; then sent=yes; break; fi; kill -0 $server || break; sleep 0.2; "
+        "done; "
+        "kill $server; wait $server; [ -z \"$sent\" ] || exit 0; done; exit 1";
+    const std::string file = folder / "out/dicom/xa_0001.dcm";
+    const Outcome stored =
+        Started(folder, std::vector<std::string>{"bash", "-c", script, folder / "archive", file}).wait();
+    EXPECT_EQ(stored.code, 0) << stored.error << stored.out;
+    std::vector<std::string> kept;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "archive"))
+        kept.push_back(entry.path());
+    ASSERT_EQ(kept.size(), 1u);
+    const auto tool = [&](const std::vector<std::string>& words) { return Started(folder, words).wait(); };
+    const std::string all = tool({"dcmdump", kept[0]}).out;
+    for (const char* said : {"[20261127]", "[140500]", "[Doe^Jane^A]", "[4711]"})
+        test::expect_said(all, said);
+    const Outcome judged = tool({"dciodvfy", file});
+    EXPECT_EQ((judged.out + judged.error).find("Error"), std::string::npos) << judged.out << judged.error;
+
+    for (const char* wrong : {"2026-13-01", "2026-02-30", "yesterday", "20261127T25", "2026-11-27T12:60:00"})
+        test::expect_said(made_with({"--dicom-date", wrong}, "none").error,
+                          std::string("--dicom-date: '") + wrong + "' was given; expected a date");
+    for (const char* wrong : {"a\\b", "a=b", "a^b^c^d^e^f"})
+        test::expect_said(made_with({"--dicom-patient", wrong}, "none").error,
+                          "expected a name such as Doe^Jane");
+    EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
 }  // namespace app

@@ -78,7 +78,9 @@ void check_route(const Anatomy& anatomy, const std::vector<VesselPaths::Piece>& 
         }
         gone += step;
     }
-    if (k < points.size()) EXPECT_GE(gone, length - 1e-9);
+    if (k < points.size()) {
+        EXPECT_GE(gone, length - 1e-9);
+    }
     for (; k < points.size(); ++k) EXPECT_LT((points[k] - line.back()).norm(), 1e-6);
 }
 

@@ -43,7 +43,10 @@ TEST(CtCleaning, TheTableGoesAndLungsStay) {
     for (std::size_t i = 0; i < ct.hu.size(); i += 5)  // noise of air
         if (ct.hu[i] == -1000) ct.hu[i] = static_cast<std::int16_t>(-1000 + i % 40);
     EXPECT_GT(at(ct, {90, 62, 0}), -600);
-    EXPECT_GT(remove_surroundings(ct, "x.nii"), 1000u);
+    remove_surroundings(ct, "x.nii");
+    ASSERT_EQ(ct.notes.size(), 1u);
+    test::expect_said(ct.notes[0], "outside the body of the CT were removed");
+    test::expect_said(ct.notes[0], "mm behind it; keep_table = true keeps them");
     EXPECT_EQ(at(ct, {90, 62, 0}), -1000);
     EXPECT_EQ(at(ct, {0, 99, 0}), -1000);
     EXPECT_LT(std::abs(at(ct, {30, 0, 0}) - hounsfield(Material::Lung)), 2);
@@ -72,6 +75,37 @@ TEST(CtCleaning, LegsAreBothKept) {
     EXPECT_GT(at(ct, {60, 0, 0}), 0);
     EXPECT_GT(at(ct, {-60, 0, 0}), 0);
     EXPECT_EQ(at(ct, {0, 70, 0}), -1000);
+}
+
+TEST(CtCleaning, ArmsAndTheShellOfASkullStayAndRailsOfATableGo) {
+    const std::vector<TissueLayer> layers = {
+        {"trunk", Material::SoftTissue, Material::Air, upright({0, 0, 0}, 120, 80, 200)},
+        {"arm", Material::SoftTissue, Material::Air, upright({170, 10, 0}, 30, 30, 200)},
+        {"humerus", Material::CorticalBone, Material::SoftTissue, upright({170, 10, 0}, 9, 9, 200)},
+        // Crossed before the trunk, and apart from it.
+        {"hand", Material::SoftTissue, Material::Air, upright({0, -110, 0}, 25, 20, 30)},
+        {"bone", Material::CorticalBone, Material::SoftTissue, upright({0, -110, 0}, 6, 6, 30)},
+        {"rail", Material::CorticalBone, Material::Air, upright({60, 120, 0}, 3, 12, 200)},
+        {"pad", Material::SoftTissue, Material::Air, upright({-40, 120, 0}, 40, 15, 200)}};
+    CtImage ct = voxelised(layers, grid_around({-160, -140, -50}, {210, 145, 50}, 2));
+    remove_surroundings(ct, "x.nii");
+    EXPECT_GT(at(ct, {190, 10, 0}), 0);
+    EXPECT_GT(at(ct, {0, -122, 0}), 0);
+    EXPECT_EQ(at(ct, {60, 120, 0}), -1000);
+    EXPECT_EQ(at(ct, {-40, 120, 0}), -1000);
+    ASSERT_EQ(ct.notes.size(), 1u);
+    test::expect_said(ct.notes[0], "199 ml around (-39, 121,");
+
+    // A dry skull: a vault of 5 mm around air, and something solid in it.
+    const std::vector<TissueLayer> dry = {
+        {"vault", Material::CorticalBone, Material::Air, upright({0, 0, 0}, 75, 90, 200)},
+        {"inside", Material::Air, Material::CorticalBone, upright({0, 0, 0}, 70, 85, 200)},
+        {"insert", Material::SoftTissue, Material::Air, upright({0, 0, 0}, 40, 40, 200)}};
+    CtImage skull = voxelised(dry, grid_around({-90, -100, -40}, {90, 100, 40}, 1.5));
+    remove_surroundings(skull, "x.nii");
+    EXPECT_GT(at(skull, {72.5, 0, 0}), 600);
+    EXPECT_GT(at(skull, {0, -87.5, 0}), 600);
+    EXPECT_TRUE(skull.notes.empty());
 }
 
 TEST(CtCleaning, ContrastBecomesBloodAndTheBoneBesideItStays) {

@@ -181,11 +181,75 @@ TEST_F(CtFile, DicomSeriesAreChosenAndGapsNamed) {
     test::write_dicom(folder / "double", ct);
     std::filesystem::copy_file(std::filesystem::path(folder / "double") / "IM0003",
                                std::filesystem::path(folder / "double") / "copy");
-    test::expect_said(refused(folder / "double"), "0.000 mm lie between");
+    const CtImage once = read_ct(folder / "double");
+    expect_same(once, ct, 1e-5);
+    EXPECT_EQ(once.notes, std::vector<std::string>{"1 slice was left out: copies of other files"});
+    // Another image of the same place is another phase.
+    CtImage later = ct;
+    for (std::int16_t& hu : later.hu) hu = static_cast<std::int16_t>(hu / 3 * 2);
+    test::DicomSeries phase;
+    phase.left_out = {0, 1, 2, 3, 5};
+    test::write_dicom(std::filesystem::path(folder / "double") / "later", later, phase);
+    test::expect_said(refused(folder / "double"), "0.000 mm lie between IM0031 and");
+    test::expect_said(refused(folder / "double"), "which differ; expected one image of each place");
     test::DicomSeries magnetic;
     magnetic.modality = "MR";
     test::write_dicom(folder / "mr", ct, magnetic);
     test::expect_said(refused(folder / "mr"), "no slices of CT were found in 6 DICOM files");
+}
+
+TEST_F(CtFile, Jpeg2000AndEnhancedCtGiveBackPlacesAndValues) {
+    const CtImage ct = small_ct();
+    for (const bool jpeg2000 : {false, true})
+        for (const bool enhanced : {false, true})
+            for (const bool with_sign : {false, true}) {
+                test::DicomSeries series;
+                series.jpeg2000 = jpeg2000, series.enhanced = enhanced, series.with_sign = with_sign;
+                const std::filesystem::path to =
+                    folder / fmt::format("{}{}{}", jpeg2000, enhanced, with_sign);
+                test::write_dicom(to, ct, series);
+                SCOPED_TRACE(to);
+                const CtImage read = read_ct(to);
+                expect_same(read, ct, 1e-5);
+                EXPECT_TRUE(read.notes.empty());
+            }
+}
+
+TEST_F(CtFile, SlicesWhoseStepsAreRoundedOrChangeAreReadAndTheChangeIsTold) {
+    CtImage ct = small_ct();
+    ct.grid.size = {7, 5, 40};
+    ct.grid.steps[2] *= 0.5;  // 0.625 mm
+    ct.hu.clear();
+    for (int k = 0; k < 40; ++k)
+        for (int n = 0; n < 35; ++n) ct.hu.push_back(static_cast<std::int16_t>(-1000 + 40 * k + n));
+    test::DicomSeries rounded;
+    rounded.rounded = 0.1;
+    test::write_dicom(folder / "rounded", ct, rounded);
+    const CtImage taken = read_ct(folder / "rounded");
+    EXPECT_EQ(taken.hu, ct.hu);
+    EXPECT_LT((taken.grid.steps[2] - ct.grid.steps[2]).norm(), 0.01);
+    ASSERT_EQ(taken.notes.size(), 1u);
+    test::expect_said(taken.notes[0], "from equal steps of 0.62");
+
+    // 4 mm and then 7 mm, with a short step between: values rise with the place, so that lines keep them.
+    ct.grid.steps[2] = 4.0 * ct.grid.steps[2].normalized();
+    test::DicomSeries changing;
+    double at = 0;
+    for (int k = 0; k < 40; ++k) {
+        changing.at.push_back(at);
+        for (int n = 0; n < 35; ++n)
+            ct.hu[static_cast<std::size_t>(35 * k + n)] =
+                static_cast<std::int16_t>(-1000 + std::lround(20 * at) + n);
+        at += k < 20 ? 1 : k == 20 ? 0.27 : 1.75;
+    }
+    test::write_dicom(folder / "changing", ct, changing);
+    const CtImage even = read_ct(folder / "changing");
+    EXPECT_LT((even.grid.steps[2] - ct.grid.steps[2]).norm(), 1e-4);
+    EXPECT_EQ(even.grid.size[2], static_cast<int>(changing.at.back()) + 1);
+    for (int k = 0; k < even.grid.size[2]; ++k)
+        EXPECT_NEAR(even.hu[even.grid.index(3, 2, k)], -1000 + 20 * k + 17, 1.1) << k;
+    ASSERT_EQ(even.notes.size(), 1u);
+    test::expect_said(even.notes[0], "slices are 1.08 to 7.00 mm apart; they were resampled to 4.00 mm");
 }
 
 TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {

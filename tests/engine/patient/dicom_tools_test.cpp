@@ -138,12 +138,11 @@ TEST(DicomTools, WhatIsNoGridSaysWhy) {
     test::expect_said(said("-m ImageOrientationPatient='1\\0\\0\\1\\0\\0'"),
                       "two perpendicular unit vectors");
     test::expect_said(said("-m PixelSpacing='0\\0.9'"), "two numbers above 0");
-    test::expect_said(said("-i NumberOfFrames=40", true),
-                      "several frames in one file were found (enhanced CT)");
+    test::expect_said(said("-i NumberOfFrames=40", true), "40 frames without a place of each were found");
     test::expect_said(said("-ea RescaleSlope"), "RescaleSlope");
     test::expect_said(said("-m RescaleSlope=nan"), "RescaleSlope");
     test::expect_said(said("-ea ImagePositionPatient"), "ImagePositionPatient");
-    test::expect_said(said("-m ImagePositionPatient='0\\0\\0'"), "between");
+    test::expect_said(said("-m ImagePositionPatient='0\\0\\0'"), "beside the line of the others");
     test::expect_said(said("-m Rows=9"), "its size, spacing or orientation");
     test::expect_said(said("-m Rows=4000", true), "samples were found; expected 24 × 4000");
     test::expect_said(said("-m PhotometricInterpretation=RGB"), "MONOCHROME2");
