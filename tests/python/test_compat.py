@@ -2,10 +2,12 @@
 themselves where their folders are named (tests/python/clients/README.md)."""
 
 import ast
+import copy
 import importlib.util
 import inspect
 import json
 import os
+import pickle
 import subprocess
 import sys
 import types
@@ -243,6 +245,24 @@ def test_cathsim_rewards_and_ends_at_the_target(cache):
     env = small(cache, dense_reward=False)
     env.reset(seed=0)
     assert env.step([0, 0])[1:] == (-1.0, False, False, {})
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["deepcopy", "pickle"])
+@pytest.mark.parametrize("arguments", [{"dense_reward": False}, {"dense_reward": True, "use_pixels": True, "use_side": True}])
+def test_copies_of_cathsim_go_on_as_it_does(cache, copied, arguments):
+    env = small(cache, return_info=True, **arguments)
+    env.reset(seed=3)
+    env.step([1, 0.5])
+    other = copied(env)
+    for _ in range(2):
+        for step in ([1, -0.2], [0.5, 0]):
+            mine, theirs = env.step(step), other.step(step)
+            assert mine[1:4] == theirs[1:4]
+            for ours, copies in ((mine[0], theirs[0]), (mine[4], theirs[4])):
+                assert ours.keys() == copies.keys()
+                assert all(np.array_equal(value, copies[key]) for key, value in ours.items())
+        env.reset()
+        other.reset()
 
 
 def test_seeds_of_cathsim_have_an_effect(cache):

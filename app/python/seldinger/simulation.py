@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ._arrays import NDArray
 from . import _core
 from ._core import InputError, Snapshot, State
 

@@ -24,8 +24,10 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
+from .._arrays import NDArray
 from .._core import InputError
-from ..gym.batch import checked_seed, is_number, whole
+from ..gym.batch import Floats, checked_seed
+from ..gym.draws import is_number, whole
 from ..gym.spaces import Box, Dict, gymnasium
 from ..simulation import Simulation
 
@@ -44,13 +46,16 @@ _BODIES, _BODY = 84, 2.0  # of CathSim's wire and tip: how many, and from one to
 _JOINTS = 2 + 2 * (_BODIES - 1)
 _TOUCH = 0.001  # least force that is a contact's [N]
 
+_Observation = dict[str, NDArray[Any]]
+_Base: Any = gymnasium.Env if gymnasium else object
+
 
 def make_dm_env(*_: Any, **__: Any) -> Any:
     """CathSim's has no counterpart here."""
     raise InputError("make_dm_env: there is no MuJoCo behind this environment; expected gymnasium.make('cathsim/CathSim-v0')")
 
 
-class CathSim(gymnasium.Env if gymnasium else object):
+class CathSim(_Base):  # type: ignore[misc]
     """CathSim's environment; see this module for what differs.
 
     phantom             one of PHANTOMS, or a scenario as for seldinger.Simulation
@@ -74,7 +79,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
 
     def __init__(self, phantom: Any = "phantom3", use_contact_forces: bool = False, use_force: bool = False,
                  use_geom_pos: bool = False, return_info: bool = False, dm_env: Any = None, *,
-                 target: Union[str, Sequence[float]] = "bca", delta: float = 0.004, dense_reward: bool = True,
+                 target: Union[str, Sequence[float], Floats] = "bca", delta: float = 0.004, dense_reward: bool = True,
                  success_reward: float = 10.0, use_pixels: bool = False, use_side: bool = False, use_segment: bool = False,
                  use_phantom_segment: bool = False, image_size: int = 80, apply_fluid_force: bool = False,
                  sample_target: bool = False, visualize_sites: bool = False, visualize_target: bool = False,
@@ -127,12 +132,13 @@ class CathSim(gymnasium.Env if gymnasium else object):
             **{key: Box(0, 255, (size, size, 3 if key == "pixels" else 1), np.uint8) for key in self._images},
             "joint_pos": Box(-np.inf, np.inf, (_JOINTS,)), "joint_vel": Box(-np.inf, np.inf, (_JOINTS,))})
         self._rng = np.random.default_rng()
+        self._joints: Floats
         self.set_target(target)
         self._begin()
 
     # What CathSim's environment can
 
-    def reset(self, seed: Optional[int] = None, options: Optional[Mapping[str, Any]] = None) -> tuple[dict, dict]:
+    def reset(self, seed: Optional[int] = None, options: Optional[Mapping[str, Any]] = None) -> tuple[_Observation, dict[str, Any]]:
         """Begins an episode: (observation, {}), as CathSim's."""
         seed = checked_seed(seed)
         self._require_open()
@@ -150,7 +156,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
         self._begin()
         return self._observed(), {}
 
-    def step(self, action: Sequence[float]) -> tuple[dict, float, bool, bool, dict]:
+    def step(self, action: Sequence[float]) -> tuple[_Observation, float, bool, bool, dict[str, Any]]:
         """(observation, reward, terminated, False, info). Actions beyond the space are clipped."""
         self._require_open()
         try:
@@ -168,13 +174,13 @@ class CathSim(gymnasium.Env if gymnasium else object):
         reward = self.success_reward if success else -away if self.dense_reward else -1.0
         return self._observed(), reward, success, False, self._get_info() if self.return_info else {}
 
-    def render(self, mode: str = "rgb_array", image_size: Optional[int] = None) -> np.ndarray:
+    def render(self, mode: str = "rgb_array", image_size: Optional[int] = None) -> NDArray[np.uint8]:
         """(size, size, 3) uint8."""
         if mode != "rgb_array":
             raise NotImplementedError(f"Render mode '{mode}' is not supported.")
         return self.render_frame(image_size)
 
-    def render_frame(self, image_size: Optional[int] = None, camera_id: int = 0) -> np.ndarray:
+    def render_frame(self, image_size: Optional[int] = None, camera_id: int = 0) -> NDArray[np.uint8]:
         """(size, size, 3) uint8; camera_id 2 is from the side."""
         self._require_open()
         size = self.image_size if image_size is None else image_size
@@ -201,16 +207,16 @@ class CathSim(gymnasium.Env if gymnasium else object):
         return self._core
 
     @property
-    def head_pos(self) -> np.ndarray:
+    def head_pos(self) -> Floats:
         """(3,) of the tip [m]."""
         return 1e-3 * self._state.tip_mm
 
     @property
-    def target(self) -> np.ndarray:
+    def target(self) -> Floats:
         """(3,) [m]."""
         return self._target
 
-    def set_target(self, goal: Union[str, Sequence[float]]) -> None:
+    def set_target(self, goal: Union[str, Sequence[float], Floats]) -> None:
         """The name of a site or a place [m]."""
         if isinstance(goal, str):
             if goal not in self.sites:
@@ -228,7 +234,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
         return float(self._state.joint_force_N.sum())
 
     @property
-    def contact_forces(self) -> dict[str, list]:
+    def contact_forces(self) -> dict[str, list[Any]]:
         """'pos': (2,) pixels of image_size, 'force' [N] of each joint that touches the wall."""
         forces = self._state.joint_force_N
         joints = self._state.wire_mm[:len(forces)]
@@ -236,7 +242,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
         return {"pos": list(self._in_pixels(joints[touching])), "force": forces[touching].tolist()}
 
     @property
-    def guidewire_geom_pos(self) -> np.ndarray:
+    def guidewire_geom_pos(self) -> Floats:
         """(84, 3) of points on the wire 2 mm apart that end at its tip [m]."""
         return 1e-3 * self._points()
 
@@ -263,8 +269,9 @@ class CathSim(gymnasium.Env if gymnasium else object):
             info["geom_pos"] = self.guidewire_geom_pos
         return info
 
-    def _observed(self) -> dict[str, np.ndarray]:
-        size, made = self.image_size, {}
+    def _observed(self) -> _Observation:
+        size = self.image_size
+        made: _Observation = {}
         masks = self._core.masks(size) if {"guidewire", "phantom"} & {*self._images} else {}
         for key in self._images:
             if key == "pixels":
@@ -277,7 +284,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
         made["joint_vel"] = ((self._joints - self._before) / self._step_s).astype(np.float32)
         return made
 
-    def _pixels(self, size: int) -> np.ndarray:
+    def _pixels(self, size: int) -> NDArray[np.uint8]:
         image = np.repeat(self._core.image(size)[..., None], 3, -1)
         marks = [*(self.sites[name] for name in TARGETS if name in self.sites)] if self.visualize_sites else []
         if self.visualize_target:
@@ -289,18 +296,18 @@ class CathSim(gymnasium.Env if gymnasium else object):
             image[disc] = (255, 0, 0)
         return image
 
-    def _from_the_side(self, make: Any) -> np.ndarray:
+    def _from_the_side(self, make: Any) -> NDArray[np.uint8]:
         self._core.apply(f"arm lao {90 if self._lao < 45 else -45:.0f} deg")
-        image = make()
+        image: NDArray[np.uint8] = make()
         self._core.apply(f"arm lao {self._lao:.6f} deg")
         return image
 
-    def _in_pixels(self, places: np.ndarray) -> np.ndarray:
+    def _in_pixels(self, places: Floats) -> NDArray[np.int32]:
         if not len(places):
             return np.empty((0, 2), np.int32)
         return np.round(self._core.project(places, self.image_size)).astype(np.int32)
 
-    def _points(self) -> np.ndarray:
+    def _points(self) -> Floats:
         """(84, 3) mm from the hub to the tip; outside the introducer the wire goes on straight."""
         joints = self._state.wire_mm[::-1]
         way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(joints, axis=0), axis=1))])
@@ -308,9 +315,10 @@ class CathSim(gymnasium.Env if gymnasium else object):
         points = np.stack([np.interp(wanted, way, joints[:, c]) for c in range(3)], 1)
         outside = joints[-1] - joints[-2]
         beyond = np.maximum(wanted - way[-1], 0)[:, None] * outside / np.linalg.norm(outside)
-        return (points + beyond)[::-1]
+        places: Floats = (points + beyond)[::-1]
+        return places
 
-    def _joint_positions(self) -> np.ndarray:
+    def _joint_positions(self) -> Floats:
         points = self._points()
         points = np.vstack([2 * points[0] - points[1], points])
         ways = np.diff(points, axis=0)
@@ -331,7 +339,7 @@ class CathSim(gymnasium.Env if gymnasium else object):
         return np.array([1e-3 * (state.inserted_mm - self._fed), np.radians(state.turned_deg), *bends])
 
 
-def _at(branch: Mapping[str, Any], along: float) -> np.ndarray:
+def _at(branch: Mapping[str, Any], along: float) -> Floats:
     """The place so far along a branch [mm]."""
     points = branch["points_mm"]
     ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
@@ -348,7 +356,7 @@ def install() -> None:
         gymnasium.register(ID, entry_point="seldinger.compat.cathsim:CathSim", max_episode_steps=MOST_STEPS)
     sys.modules["cathsim.gym.envs"] = sys.modules["cathsim.gym.envs.cathsim"] = here
     try:
-        importlib.import_module("cathsim.gym").envs = here
+        setattr(importlib.import_module("cathsim.gym"), "envs", here)
     except ImportError:
         pass  # CathSim is not installed: its scripts are not either
 

@@ -17,6 +17,7 @@ What differs on purpose: seeds determine the devices' first rotation too, normal
 nothing, because a step cannot hang. A copy of an intervention, or a pickled one, begins with its devices at the start.
 """
 
+# mypy: disable-error-code="import, misc", no-warn-return-any
 from __future__ import annotations
 
 import math
@@ -26,6 +27,7 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from .._core import InputError
+from ..gym.batch import Floats
 from ..simulation import Simulation as Core
 from .steve_scenario import in_arch, in_branches
 
@@ -69,7 +71,7 @@ class _Ours:
         made.__module__ = _Module(cls.__module__)
         return made
 
-    def __getstate__(self) -> dict:
+    def __getstate__(self) -> dict[str, Any]:
         return {key: None if key in ("_core", "_state") else value for key, value in self.__dict__.items()}
 
 
@@ -151,8 +153,8 @@ class VesselTree(_Ours, trees_of_eve.VesselTree):
         about, anatomy = self.core.about(), self.core.anatomy()
         reach = max(about["device_lengths_mm"])
         begin = self.core.state.wire_mm[0]
-        lines: list[np.ndarray] = []
-        ways: list[np.ndarray] = []
+        lines: list[Floats] = []
+        ways: list[Floats] = []
         branches = []
         for one in anatomy["branches"]:
             points, radii, parent = one["points_mm"], one["radii_mm"], one["parent"]
@@ -192,8 +194,8 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
         self._closed = False
         self._rng = np.random.default_rng()
         self._devices: list[Any] = []
-        self._core: Optional[Core] = None
-        self._state = None
+        self._core: Any = None  # Core, and its State, once there is one
+        self._state: Any = None
         self._made_of: Any = None
 
     @property
@@ -203,7 +205,7 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
         return self._core
 
     @property
-    def device_positions(self) -> Optional[list[np.ndarray]]:
+    def device_positions(self) -> Optional[list[Floats]]:
         """(n, 3) mm of each device, from its tip to the introducer."""
         if not self._devices:
             return None
@@ -213,20 +215,21 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
         return [one if len(one) else begin for one in joints]
 
     @property
-    def dof_positions(self) -> Optional[np.ndarray]:
+    def dof_positions(self) -> Optional[Floats]:
         """(n, 3) mm of the device that reaches farthest, from its tip to the introducer."""
         places = self.device_positions
-        return None if places is None else places[int(np.argmax(self.inserted_lengths))]
+        lengths = self.inserted_lengths
+        return None if places is None or lengths is None else places[int(lengths.argmax())]
 
     @property
-    def inserted_lengths(self) -> Optional[np.ndarray]:
+    def inserted_lengths(self) -> Optional[Floats]:
         """mm of each device."""
         places = self.device_positions
         return None if places is None else np.array(
             [np.linalg.norm(np.diff(one, axis=0), axis=1).sum() for one in places])
 
     @property
-    def rotations(self) -> Optional[np.ndarray]:
+    def rotations(self) -> Optional[Floats]:
         """rad of each device's hub."""
         if not self._devices:
             return None
@@ -254,7 +257,7 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
         self._turned = np.zeros(len(self._devices))
         self._move(np.stack([np.zeros(len(self._devices)), self._rng.random(len(self._devices)) * 2 * np.pi], 1), 1)
 
-    def step(self, action: np.ndarray, duration: float = 1 / 7.5) -> None:
+    def step(self, action: Floats, duration: float = 1 / 7.5) -> None:
         """action (n, 2) mm/s and rad/s, for so long [s]; simulation_error after 30 in a row without equilibrium."""
         self._require_state()
         frames = max(1, round(duration * self._rate))
@@ -268,7 +271,7 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
             self._core.close()
         self._core, self._state, self._closed = None, None, True
 
-    def add_interim_targets(self, positions: Sequence[Any]) -> list:
+    def add_interim_targets(self, positions: Sequence[Any]) -> list[Any]:
         """Nothing is drawn."""
         return []
 
@@ -300,7 +303,7 @@ class Simulation(_Ours, simulations_of_eve.Simulation):
         about = self._core.about()
         self._names, self._rate = about["device_names"], about["frame_rate_hz"]
 
-    def _move(self, motion: np.ndarray, frames: int) -> None:
+    def _move(self, motion: Floats, frames: int) -> None:
         """(n, 2) mm and rad in each frame."""
         turn = np.degrees(motion[:, 1])
         if len(motion) <= 2:
@@ -333,11 +336,11 @@ class Fluoroscopy(_Ours, TrackingOnly):
         return Box(0, 255, (self.image_size, self.image_size), np.uint8)
 
     @property
-    def image(self) -> np.ndarray:
+    def image(self) -> Floats:
         return self.simulation.core.image(self.image_size)
 
     @property
-    def device_trackings3d(self) -> list[np.ndarray]:
+    def device_trackings3d(self) -> list[Floats]:
         return [self._seen(places) for places in self.simulation.device_positions]
 
     @property
@@ -348,11 +351,11 @@ class Fluoroscopy(_Ours, TrackingOnly):
         return Box(corners.min(0), corners.max(0))
 
     @staticmethod
-    def tracking3d_to_2d(places: np.ndarray) -> np.ndarray:
+    def tracking3d_to_2d(places: Floats) -> Floats:
         """(n, 2) of (n, 3), as stEVE's pathfinders ask for it."""
         return tracking3d_to_2d(places)
 
-    def _seen(self, places: np.ndarray) -> np.ndarray:
+    def _seen(self, places: Floats) -> Floats:
         return vessel_cs_to_tracking3d(places, self.image_rot_zx, self.image_center, self.field_of_view)
 
 
@@ -364,7 +367,7 @@ class _OwnTarget(_Ours, targets_of_eve.Manual):
         super().__init__([], threshold, fluoroscopy)
 
     @property
-    def coordinates2d(self) -> np.ndarray:
+    def coordinates2d(self) -> Floats:
         return tracking3d_to_2d(self.coordinates3d)
 
     def reset(self, episode_nr: int = 0, seed: Optional[int] = None) -> None:
@@ -402,7 +405,7 @@ class _OnSeldinger(_Ours, MonoPlaneStatic):
         self.fluoroscopy.reset(episode_number)
         self.last_action = np.zeros_like(self.velocity_limits)
 
-    def step(self, action: np.ndarray) -> None:
+    def step(self, action: Floats) -> None:
         """(n, 2) of feed and turn of each device, in mm/s and rad/s, or -1 to 1 with normalize_action."""
         if not np.isfinite(np.asarray(action, float)).all():
             raise InputError(f"action: {action!r} was given; expected finite numbers")

@@ -8,6 +8,7 @@ from typing import Any, Sequence
 import numpy as np
 
 from .._core import InputError
+from ..gym.batch import Floats
 
 FRAME_RATE = 15.0
 START = 5.0  # length inside at the start [mm]; stEVE begins with 0.1
@@ -19,18 +20,19 @@ _NAMES = {1: ("wire",), 2: ("wire", "catheter"), 3: ("wire", "microcatheter", "c
           4: ("wire", "microcatheter", "intermediate", "catheter")}
 
 
-def _direction(line: np.ndarray) -> np.ndarray:
+def _direction(line: Floats) -> Floats:
     """Unit vector along the first millimetres of a line."""
     reach = int(np.searchsorted(np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1)), 5.0)) + 1
     way = line[min(reach, len(line) - 1), :3] - line[0, :3]
-    return way / np.linalg.norm(way)
+    unit: Floats = way / np.linalg.norm(way)
+    return unit
 
 
-def _angle(a: np.ndarray, b: np.ndarray) -> float:
+def _angle(a: Floats, b: Floats) -> float:
     return math.acos(float(np.clip(a @ b, -1, 1)))
 
 
-def _rounded(line: np.ndarray) -> np.ndarray:
+def _rounded(line: Floats) -> Floats:
     """The line at steps of a millimetre, smoothed where it bends more sharply than its lumen allows."""
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
     steps = np.linspace(0.0, way[-1], max(3, round(way[-1])))
@@ -43,8 +45,8 @@ def _rounded(line: np.ndarray) -> np.ndarray:
         sharp[1:-1] = turns * 1.3 * line[1:-1, 3] > 0.5 * (lengths[1:] + lengths[:-1])
         if not sharp.any():
             break
-        sharp = np.convolve(sharp, np.ones(7), "same")[1:-1, None] > 0
-        line[1:-1] = np.where(sharp, 0.25 * line[:-2] + 0.5 * line[1:-1] + 0.25 * line[2:], line[1:-1])
+        near = np.convolve(sharp, np.ones(7), "same")[1:-1, None] > 0
+        line[1:-1] = np.where(near, 0.25 * line[:-2] + 0.5 * line[1:-1] + 0.25 * line[2:], line[1:-1])
     return line
 
 
@@ -58,7 +60,7 @@ def vessels(branches: Sequence[Any], insertion: Sequence[float], width: float) -
                              "AorticArch, AorticArchRandom and FromMesh with BranchWithRadii")
         left.append(np.column_stack([branch.coordinates, width * np.asarray(radii, float)]).astype(float))
     made: list[dict[str, Any]] = []
-    first = min(range(len(left)), key=lambda i: np.linalg.norm(left[i][:, :3] - insertion, axis=1).min())
+    first = min(range(len(left)), key=lambda i: float(np.linalg.norm(left[i][:, :3] - insertion, axis=1).min()))
     root = left.pop(first)
     turned = np.linalg.norm(root[0, :3] - insertion) > np.linalg.norm(root[-1, :3] - insertion)
     made.append({"line": _rounded(root[::-1] if turned else root), "parent": None, "goes_on": False})
@@ -89,14 +91,14 @@ def vessels(branches: Sequence[Any], insertion: Sequence[float], width: float) -
         made.append({"line": _rounded(line), "parent": p, "goes_on": False})
     result = []
     for i, one in enumerate(made):
-        branch: dict[str, Any] = {"name": f"B{i}", "closed": True}
+        named: dict[str, Any] = {"name": f"B{i}", "closed": True}
         line = one["line"]
         if one["parent"] is not None:
             trunk = made[one["parent"]]["line"][:, :3]
             k = int(np.linalg.norm(trunk - line[0, :3], axis=1).argmin())
-            branch.update(parent=f"B{one['parent']}", at_mm=float(np.linalg.norm(np.diff(trunk[:k + 1], axis=0), axis=1).sum()))
+            named.update(parent=f"B{one['parent']}", at_mm=float(np.linalg.norm(np.diff(trunk[:k + 1], axis=0), axis=1).sum()))
             line = line - [*line[0, :3], 0]
-        result.append(dict(branch, points_mm=line.tolist()))
+        result.append(dict(named, points_mm=line.tolist()))
     return result
 
 

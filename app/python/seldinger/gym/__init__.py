@@ -13,8 +13,8 @@ import inspect
 from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Tuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import NDArray
 from .. import _core
 from .._core import InputError
 from ..simulation import VectorSimulation
@@ -343,13 +343,8 @@ class VectorEnv(_OfSeveral, _VectorEnv):
         all_of_them = np.ones(n, bool)
         if self.autoreset != "SAME_STEP" or not batch.done.any():
             return batch.observe(), reward, terminated, truncated, with_masks(info, all_of_them)
-        ended, last = batch.done.copy(), batch.observe()
-        finals = np.full(n, None, object)
-        for i in np.flatnonzero(ended):
-            finals[i] = {key: value[i].copy() for key, value in last.items()}
-        batch.reset(ended, [None] * n)
-        parts, final = info["reward"], with_masks(info, ended)
-        info = dict(batch.judge(np.zeros(n, bool))[3], reward=parts)
+        ended, finals, first = batch.begin_next()
+        final, info = with_masks(info, ended), dict(first, reward=info["reward"])
         return batch.observe(), reward, terminated, truncated, dict(
             with_masks(info, all_of_them), final_obs=finals, _final_obs=ended, final_info=final, _final_info=ended.copy())
 

@@ -8,8 +8,8 @@ from collections import OrderedDict, deque
 from typing import Any, Callable, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import NDArray
 from .._core import InputError, Snapshot
 from ..simulation import Place, Simulation, VectorSimulation, _aim, same_target
 from .draws import STAND, Draws, checked_values, is_number, whole
@@ -616,6 +616,17 @@ class Batch:
         self.done = np.where(active, reached | truncated, self.done)
         self.won = np.where(active, reached, self.won)
         return sum(parts.values()), reached, truncated, info
+
+
+    def begin_next(self) -> Tuple[Flags, NDArray[Any], dict[str, Any]]:
+        """Begins the next episodes of those that are over, which done says: (which, (n,) last observation of each of them or
+        None, first infos of all)."""
+        ended, last = self.done.copy(), self.observe()
+        finals = np.full(self.n, None, object)
+        for i in np.flatnonzero(ended):
+            finals[i] = {key: value[i].copy() for key, value in last.items()}
+        self.reset(ended, [None] * self.n)
+        return ended, finals, self.judge(np.zeros(self.n, bool))[3]
 
 
 def _branches(sim: Simulation) -> list[str]:

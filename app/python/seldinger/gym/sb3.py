@@ -12,8 +12,8 @@ import importlib
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import NDArray
 from .._core import InputError
 from . import Observation, _arguments, _OfSeveral
 from .batch import Batch, checked_seed, one
@@ -78,13 +78,9 @@ class SeldingerVecEnv(_OfSeveral, _Base):
             seed, options = self._seeds[i], self._options[i]
             batch.reset(np.arange(self.num_envs) == i, [options.get("seed") if seed is None else seed] * self.num_envs, options)
         self._seeds, self._options = [None] * self.num_envs, [{} for _ in range(self.num_envs)]
-        self._keep_infos(np.ones(self.num_envs, bool))
+        info = batch.judge(np.zeros(self.num_envs, bool))[3]
+        self.reset_infos = [one(info, i) for i in range(self.num_envs)]
         return batch.observe()
-
-    def _keep_infos(self, which: NDArray[np.bool_]) -> None:
-        info = self._batch.judge(np.zeros(self.num_envs, bool))[3]
-        for i in np.flatnonzero(which):
-            self.reset_infos[i] = one(info, i)
 
     def step(self, actions: Any) -> Tuple[Observation, NDArray[np.float32], NDArray[np.bool_], List[Dict[str, Any]]]:
         """Makes a step of each and returns (observations, rewards, dones, infos)."""
@@ -101,16 +97,14 @@ class SeldingerVecEnv(_OfSeveral, _Base):
         batch, everyone = self._batch, np.ones(self.num_envs, bool)
         batch.act(self._waiting, everyone)
         rewards, terminated, truncated, info = batch.judge(everyone)
-        infos, observation, done = [one(info, i) for i in range(self.num_envs)], batch.observe(), terminated | truncated
+        infos, done = [one(info, i) for i in range(self.num_envs)], terminated | truncated
         for i, said in enumerate(infos):
             said["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
-            if done[i]:
-                said["terminal_observation"] = {key: value[i] for key, value in observation.items()}
         if done.any():
-            batch.reset(done, [None] * self.num_envs)
-            self._keep_infos(done)
-            observation = batch.observe()
-        return observation, rewards.astype(np.float32), done, infos
+            _, finals, first = batch.begin_next()
+            for i in np.flatnonzero(done):
+                infos[i]["terminal_observation"], self.reset_infos[i] = finals[i], one(first, i)
+        return batch.observe(), rewards.astype(np.float32), done, infos
 
     def _each(self, indices: Any) -> List[int]:
         return list(range(self.num_envs)) if indices is None else [indices] if isinstance(indices, int) else list(indices)

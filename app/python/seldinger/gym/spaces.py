@@ -7,7 +7,8 @@ from collections import OrderedDict
 from typing import Any, ItemsView, KeysView, Mapping, Optional
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .._arrays import NDArray
 
 __all__ = ["Box", "Dict", "Space", "batched", "gymnasium"]
 
