@@ -69,6 +69,7 @@ const std::map<std::string, Names> third_party = {
     {"EGL", {"render/picture/gl_egl.cpp"}},
     {"png.h", {"render/picture"}},
     {"zlib.h", {"engine/patient"}},
+    {"bzlib.h", {"engine/patient"}},
     {"nifti1.h", {"engine/patient"}},
     {"nifti2_io.h", {"engine/patient"}},
     {"openjpeg.h", {"engine/patient"}},
@@ -90,8 +91,8 @@ const std::map<std::string, Names> third_party = {
     {"pybind11", {"app/python", "app/python/episodes.h", "app/python/values.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
-const Names posix = {"fcntl.h",    "semaphore.h", "spawn.h",    "sys/file.h",
-                     "sys/mman.h", "sys/stat.h",  "sys/wait.h", "unistd.h"};
+const Names posix = {"fcntl.h",    "semaphore.h",  "spawn.h",    "sys/file.h", "pthread.h",
+                     "sys/mman.h", "sys/random.h", "sys/stat.h", "sys/wait.h", "unistd.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));

@@ -40,6 +40,9 @@ std::string html_escaped(std::string_view);
 std::string toml_text(std::string_view);
 std::string toml_key(std::string_view);
 
+/// Without blanks and ends of lines around it.
+std::string_view trimmed(std::string_view);
+
 /// The text with a to z in place of A to Z.
 std::string lower_case(std::string_view);
 

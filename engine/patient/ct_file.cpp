@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/patient/ct_samples.h"
 #include "engine/patient/patient_files.h"
 #include "physics/geometry/hash.h"
@@ -12,10 +13,35 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* const accepted_cts =
-    "expected NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or a folder of DICOM files";
+    "expected NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd) or a folder "
+    "of DICOM files";
 
-bool is_nrrd(const fs::path& path) {
-    return path.extension() == ".nrrd" || path.extension() == ".nhdr";
+enum class Format { None, Nifti, Nrrd, MetaImage };
+
+Format format_of(const fs::path& path) {
+    const std::string name = io::lower_case(path.filename().string());
+    const auto ends = [&](std::initializer_list<const char*> endings) {
+        return std::ranges::any_of(endings, [&](const char* ending) { return name.ends_with(ending); });
+    };
+    if (ends({".nii", ".nii.gz", ".hdr", ".img", ".hdr.gz", ".img.gz"})) return Format::Nifti;
+    if (ends({".nrrd", ".nhdr"})) return Format::Nrrd;
+    if (ends({".mha", ".mhd"})) return Format::MetaImage;
+    return Format::None;
+}
+
+/// Files besides that the samples of this one lie in.
+std::vector<fs::path> data_files(const fs::path& path) {
+    switch (format_of(path)) {
+        case Format::Nifti:
+            return nifti_data_files(path);
+        case Format::Nrrd:
+            return nrrd_data_files(path);
+        case Format::MetaImage:
+            return metaimage_data_files(path);
+        case Format::None:
+            break;
+    }
+    return {};
 }
 
 void add_file(geometry::Hash& hash, const fs::path& path) {
@@ -43,11 +69,12 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
         } else if (!series.empty()) {
             refuse_ct(path, fmt::format("a file was found with series = \"{}\"", series),
                       "expected 'series' only with a folder of DICOM files");
-        } else if (is_nrrd(path)) {
+        } else if (format_of(path) == Format::Nrrd) {
             ct = read_nrrd(path, progress);
-        } else if (path.filename().string().ends_with(".nii") ||
-                   path.filename().string().ends_with(".nii.gz")) {
+        } else if (format_of(path) == Format::Nifti) {
             ct = read_nifti(path, progress);
+        } else if (format_of(path) == Format::MetaImage) {
+            ct = read_metaimage(path, progress);
         } else {
             refuse_ct(path, "a file of another kind was found", accepted_cts);
         }
@@ -60,13 +87,36 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
     return ct;
 }
 
+bool is_volume_name(const fs::path& path) {
+    const std::string name = io::lower_case(path.filename().string());
+    for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr"})
+        if (name.ends_with(ending)) return true;
+    return false;
+}
+
+LabelImage read_labels(const fs::path& path, const Progress& progress) {
+    io::require_no_device(path);
+    std::error_code failed;
+    if (!fs::is_regular_file(path, failed) || !is_volume_name(path))
+        refuse_ct(path,
+                  fs::exists(path, failed) ? "a file of another kind was found" : "no such mask can be read",
+                  "expected a mask as NIfTI (.nii, .nii.gz) or NRRD (.nrrd, .seg.nrrd)");
+    try {
+        const std::string name = io::lower_case(path.filename().string());
+        return name.ends_with(".nrrd") || name.ends_with(".nhdr") ? read_nrrd_labels(path, progress)
+                                                                  : read_nifti_labels(path, progress);
+    } catch (const std::bad_alloc&) {
+        refuse_ct(path, "there is not enough memory for its samples", "expected a smaller mask");
+    }
+}
+
 std::vector<fs::path> inputs_of(const PatientFiles& files) {
     std::vector<fs::path> all;
     if (!files.ct.empty()) {
         all.push_back(files.ct);
         std::error_code ignored;
-        if (fs::is_regular_file(files.ct, ignored) && is_nrrd(files.ct))
-            if (const auto data = detached_data(files.ct)) all.push_back(*data);
+        if (fs::is_regular_file(files.ct, ignored))
+            for (fs::path& data : data_files(files.ct)) all.push_back(std::move(data));
     }
     for (const PatientMesh& mesh : files.meshes) all.push_back(mesh.file);
     return all;
@@ -91,8 +141,7 @@ std::uint64_t content_hash(const fs::path& path) {
     }
     if (!fs::is_regular_file(path, failed)) refuse_ct(path, "no such file can be read", accepted_cts);
     add_file(hash, path);
-    if (is_nrrd(path))
-        if (const auto data = detached_data(path)) add_file(hash, *data);
+    for (const fs::path& data : data_files(path)) add_file(hash, data);
     return hash.value();
 }
 

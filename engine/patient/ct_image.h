@@ -32,6 +32,26 @@ using Progress = std::function<void(double part, const char* what)>;
 /// that is missing, damaged, of another kind, too large, or not a CT in a place.
 CtImage read_ct(const std::filesystem::path&, const std::string& series = {}, const Progress& = {});
 
+/// A volume of labels, as segmentation programs write it: which structure each voxel belongs to; 0 = none.
+struct LabelImage {
+    /// What the file calls a label.
+    struct Name {
+        int value = 1, layer = 0;
+        std::string name;
+    };
+    render::VolumeGrid grid;
+    int layers = 1;                    // structures that may overlap lie in several
+    std::vector<std::int16_t> values;  // layers of a voxel, then the next voxel, i fastest; rounded
+    std::vector<Name> names;
+    bool fractions = false;  // of the stored values, some were not whole
+};
+
+/// Reads NIfTI (.nii, .nii.gz), with the names that TotalSegmentator writes into it, or NRRD (.nrrd, .nhdr,
+/// Slicer's .seg.nrrd). Throws InputError as read_ct.
+LabelImage read_labels(const std::filesystem::path&, const Progress& = {});
+/// Whether the name is one of a file that read_labels reads.
+bool is_volume_name(const std::filesystem::path&);
+
 /// Energy at which a CT's numbers hold [keV]: an estimate of the mean of a 120 kV beam behind 200 mm of soft
 /// tissue. Scanners differ by some keV, which changes bone by a few per cent and soft tissue by none.
 inline constexpr double ct_energy = 70;

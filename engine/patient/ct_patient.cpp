@@ -212,8 +212,7 @@ CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen,
     const Mat3 turn = turn_by(files.rotation);
     ct.grid.origin = turn * ct.grid.origin + files.shift;
     for (Vec3& step : ct.grid.steps) step = turn * step;
-    if (const std::string note = require_fit(ct, lumen, files); !note.empty())
-        ct.notes.push_back(note);
+    if (const std::string note = require_fit(ct, lumen, files); !note.empty()) ct.notes.push_back(note);
     if (!files.keep_table) {
         if (progress) progress(0.0, "finding the body in the CT");
         remove_surroundings(ct, files.ct);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bzlib.h>
 #include <cmath>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <limits>
-#include <unistd.h>
 #include <vector>
 #include <zlib.h>
 
@@ -105,19 +104,112 @@ void require_hounsfield(const fs::path& path, const std::vector<std::int16_t>& h
                   "without their rescale are not)");
 }
 
-struct ByteSource::Gzip {
-    gzFile file;
-    explicit Gzip(int descriptor) : file(gzdopen(descriptor, "rb")) {
-        if (!file) ::close(descriptor);
-    }
-    ~Gzip() {
-        if (file) gzclose(file);
-    }
-    Gzip(const Gzip&) = delete;
-    Gzip& operator=(const Gzip&) = delete;
+/// Turns what a file holds into what was packed; both libraries count alike.
+struct ByteSource::Unpacker {
+    static constexpr std::size_t together = 1 << 18;
+    std::vector<char> packed = std::vector<char>(together);
+    double largest_ratio;  // no packed byte stands for more
+    bool between = false;  // a stream has ended, and nothing of another one has come
+
+    explicit Unpacker(double ratio) : largest_ratio(ratio) {}
+    Unpacker(const Unpacker&) = delete;
+    Unpacker& operator=(const Unpacker&) = delete;
+    virtual ~Unpacker() = default;
+    /// Whether all input has been used.
+    virtual bool wants_input() const = 0;
+    virtual void give(std::size_t bytes) = 0;
+    /// Unpacks up to so many bytes; returns how many, or nothing for damage.
+    virtual std::optional<std::size_t> unpack(char* to, std::size_t bytes) = 0;
 };
 
-ByteSource::ByteSource(fs::path path, std::uint64_t offset, bool gzip) : path_(std::move(path)) {
+struct ByteSource::Inflater : Unpacker {
+    z_stream stream{};
+    Inflater() : Unpacker(1032) {
+        constexpr int both = 32;  // gzip and zlib
+        if (inflateInit2(&stream, MAX_WBITS + both) != Z_OK) throw std::bad_alloc();
+    }
+    ~Inflater() override { inflateEnd(&stream); }
+    bool wants_input() const override { return stream.avail_in == 0; }
+    void give(std::size_t bytes) override {
+        stream.next_in = reinterpret_cast<Bytef*>(packed.data());
+        stream.avail_in = static_cast<uInt>(bytes);
+    }
+    std::optional<std::size_t> unpack(char* to, std::size_t bytes) override {
+        stream.next_out = reinterpret_cast<Bytef*>(to);
+        stream.avail_out = static_cast<uInt>(std::min<std::size_t>(bytes, 1 << 28));
+        const std::size_t wanted = stream.avail_out;
+        const int state = inflate(&stream, Z_NO_FLUSH);
+        if (wanted > stream.avail_out) between = false;
+        if (state == Z_STREAM_END)
+            inflateReset(&stream), between = true;  // another member may follow
+        else if (state != Z_OK && state != Z_BUF_ERROR)
+            return std::nullopt;
+        return wanted - stream.avail_out;
+    }
+};
+
+struct ByteSource::Bunzipper : Unpacker {
+    bz_stream stream{};
+    Bunzipper() : Unpacker(1e6) { start(); }
+    ~Bunzipper() override { BZ2_bzDecompressEnd(&stream); }
+    void start() {
+        if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) throw std::bad_alloc();
+    }
+    bool wants_input() const override { return stream.avail_in == 0; }
+    void give(std::size_t bytes) override {
+        stream.next_in = packed.data();
+        stream.avail_in = static_cast<unsigned>(bytes);
+    }
+    std::optional<std::size_t> unpack(char* to, std::size_t bytes) override {
+        stream.next_out = to;
+        stream.avail_out = static_cast<unsigned>(std::min<std::size_t>(bytes, 1 << 28));
+        const std::size_t wanted = stream.avail_out;
+        const int state = BZ2_bzDecompress(&stream);
+        const std::size_t made = wanted - stream.avail_out;
+        if (made > 0) between = false;
+        if (state == BZ_STREAM_END) {
+            char* const in = stream.next_in;
+            const unsigned left = stream.avail_in;
+            BZ2_bzDecompressEnd(&stream);
+            start();
+            stream.next_in = in, stream.avail_in = left;
+            between = true;
+        } else if (state != BZ_OK) {
+            return std::nullopt;
+        }
+        return made;
+    }
+};
+
+/// Two digits a byte, and blanks anywhere.
+struct ByteSource::HexReader : Unpacker {
+    std::size_t at = 0, end = 0;
+    int high = -1;  // the first digit of a byte
+    HexReader() : Unpacker(0.5) {}
+    bool wants_input() const override { return at == end; }
+    void give(std::size_t bytes) override { at = 0, end = bytes; }
+    std::optional<std::size_t> unpack(char* to, std::size_t bytes) override {
+        std::size_t made = 0;
+        for (; at < end && made < bytes; ++at) {
+            const char c = packed[at];
+            if (static_cast<unsigned char>(c) <= ' ') continue;
+            const int digit = c >= '0' && c <= '9'   ? c - '0'
+                              : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                              : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                                     : -1;
+            if (digit < 0) return std::nullopt;
+            if (high < 0) {
+                high = digit;
+            } else {
+                to[made++] = static_cast<char>(16 * high + digit);
+                high = -1;
+            }
+        }
+        return made;
+    }
+};
+
+ByteSource::ByteSource(fs::path path, std::uint64_t offset, Packing packing) : path_(std::move(path)) {
     std::error_code failed;
     const std::uint64_t size = fs::is_regular_file(path_, failed) ? fs::file_size(path_, failed) : 0;
     if (failed || size == 0) refuse_ct(path_, "no such file can be read, or it is empty", "expected a CT");
@@ -125,51 +217,55 @@ ByteSource::ByteSource(fs::path path, std::uint64_t offset, bool gzip) : path_(s
         refuse_ct(path_, fmt::format("the data should begin at byte {}; the file has {}", offset, size),
                   "expected a whole file");
     left_ = size - offset;
-    if (gzip) {
-        const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-        if (descriptor < 0 || ::lseek(descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
-            if (descriptor >= 0) ::close(descriptor);
-            refuse_ct(path_, "no such file can be read", "expected a CT");
-        }
-        gzip_ = std::make_unique<Gzip>(descriptor);
-        if (!gzip_->file) refuse_ct(path_, "there is no memory to decompress it", "expected a CT");
-        gzbuffer(gzip_->file, 1 << 18);
-    } else {
-        plain_.open(path_, std::ios::binary);
-        plain_.seekg(static_cast<std::streamoff>(offset));
-        if (!plain_) refuse_ct(path_, "no such file can be read", "expected a CT");
-    }
+    plain_.open(path_, std::ios::binary);
+    plain_.seekg(static_cast<std::streamoff>(offset));
+    if (!plain_) refuse_ct(path_, "no such file can be read", "expected a CT");
+    if (packing == Packing::Deflate) unpacker_ = std::make_unique<Inflater>();
+    if (packing == Packing::Bzip2) unpacker_ = std::make_unique<Bunzipper>();
+    if (packing == Packing::Hex) unpacker_ = std::make_unique<HexReader>();
 }
 
 ByteSource::~ByteSource() = default;
 
 void ByteSource::require(double bytes) const {
-    constexpr double deflate_limit = 1032;  // no compressed byte stands for more
-    if (bytes > static_cast<double>(left_) * (gzip_ ? deflate_limit : 1.0))
+    if (bytes > static_cast<double>(left_) * (unpacker_ ? unpacker_->largest_ratio : 1.0))
         refuse_ct(path_,
                   fmt::format("its header asks for {:.0f} bytes of samples; {} bytes {}follow", bytes, left_,
-                              gzip_ ? "of compressed data " : ""),
+                              unpacker_ ? "of compressed data " : ""),
                   "expected a whole file");
+}
+
+/// 0 at the end of the data.
+std::size_t ByteSource::unpacked(char* to, std::size_t bytes) {
+    for (;;) {
+        if (unpacker_->wants_input()) {
+            plain_.read(unpacker_->packed.data(), static_cast<std::streamsize>(unpacker_->packed.size()));
+            unpacker_->give(static_cast<std::size_t>(std::max<std::streamsize>(plain_.gcount(), 0)));
+        }
+        const bool no_more = unpacker_->wants_input();
+        const std::optional<std::size_t> made = unpacker_->unpack(to, bytes);
+        if (!made) {
+            if (no_more || unpacker_->between) return 0;  // what follows is no part of the data
+            refuse_ct(path_, "the compressed data are damaged, or do not fit their checksum",
+                      "expected a whole file");
+        }
+        if (*made > 0 || no_more) return *made;
+    }
 }
 
 void ByteSource::read(void* to, std::size_t bytes) {
     char* at = static_cast<char*>(to);
-    const auto ended = [&] {
-        refuse_ct(path_, fmt::format("the data end after {} of {} bytes", taken_, taken_ + bytes),
-                  "expected a whole file");
-    };
     while (bytes > 0) {
         std::size_t got = 0;
-        if (gzip_) {
-            const int read =
-                gzread(gzip_->file, at, static_cast<unsigned>(std::min<std::size_t>(bytes, 1 << 28)));
-            if (read < 0) refuse_ct(path_, "the compressed data are damaged", "expected a whole gzip file");
-            got = static_cast<std::size_t>(read);
+        if (unpacker_) {
+            got = unpacked(at, bytes);
         } else {
             plain_.read(at, static_cast<std::streamsize>(bytes));
             got = static_cast<std::size_t>(plain_.gcount());
         }
-        if (got == 0) ended();
+        if (got == 0)
+            refuse_ct(path_, fmt::format("the data end after {} of {} bytes", taken_, taken_ + bytes),
+                      "expected a whole file");
         at += got;
         bytes -= got;
         taken_ += got;
@@ -183,9 +279,9 @@ void ByteSource::skip(std::uint64_t bytes) {
 }
 
 void ByteSource::finish() {
+    // Reading on checks the sum behind the last byte.
     char beyond;
-    if (gzip_ && gzread(gzip_->file, &beyond, 1) < 0)
-        refuse_ct(path_, "the compressed data do not fit their checksum", "expected a whole gzip file");
+    if (unpacker_) unpacked(&beyond, 1);
 }
 
 bool is_gzip(const fs::path& path) {
@@ -196,9 +292,9 @@ bool is_gzip(const fs::path& path) {
 
 std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path, std::size_t count,
                                        io::NumberType type, bool big_endian, Rescale rescale,
-                                       const Progress& progress) {
+                                       const Progress& progress, SampleKind kind, SampleFindings& findings) {
     source.require(static_cast<double>(count) * static_cast<double>(io::size_of(type)));
-    std::vector<std::int16_t> hu(count);
+    std::vector<std::int16_t> samples(count);
     constexpr std::size_t together = 1 << 20;
     std::vector<char> bytes;
     for (std::size_t first = 0; first < count; first += together) {
@@ -209,20 +305,28 @@ std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path,
         const bool finite = io::with_stored_type(type, [&]<class Stored>(Stored) {
             for (std::size_t i = 0; i < some; ++i) {
                 const auto number = io::stored_number<Stored>(bytes.data() + i * sizeof(Stored), big_endian);
-                const auto sample = as_hu(rescale.slope * static_cast<double>(number) + rescale.intercept);
+                const auto sample =
+                    findings.sample(rescale.slope * static_cast<double>(number) + rescale.intercept, kind);
                 if (!sample) return false;
-                hu[first + i] = *sample;
+                samples[first + i] = *sample;
             }
             return true;
         });
         if (!finite)
-            refuse_ct(path,
-                      fmt::format("a value that is not finite was found among samples {} to {}", first,
-                                  first + some - 1),
-                      "expected finite Hounsfield units");
+            refuse_ct(
+                path,
+                fmt::format("an infinite value was found among samples {} to {}", first, first + some - 1),
+                "expected finite ones");
     }
     source.finish();
-    return hu;
+    return samples;
+}
+
+void SampleFindings::tell(CtImage& ct) const {
+    if (not_numbers > 0)
+        ct.notes.push_back(
+            fmt::format("samples that are no numbers were taken as air: {} ({:.3g} %)", not_numbers,
+                        100.0 * static_cast<double>(not_numbers) / static_cast<double>(ct.hu.size())));
 }
 
 void interpolate_means(CtImage& ct) {

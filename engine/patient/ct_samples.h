@@ -2,6 +2,7 @@
 /// What the readers of CT files share: bytes from plain and compressed files, numbers of any type, checks.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -20,10 +21,16 @@ namespace patient {
 /// The readers by kind of file. The same errors as read_ct.
 CtImage read_nifti(const std::filesystem::path&, const Progress&);
 CtImage read_nrrd(const std::filesystem::path&, const Progress&);
+LabelImage read_nifti_labels(const std::filesystem::path&, const Progress&);
+LabelImage read_nrrd_labels(const std::filesystem::path&, const Progress&);
 CtImage read_dicom(const std::filesystem::path& folder, const std::string& series, const Progress&);
 
-/// The file that a detached NRRD header names; empty for any other file, or one that is no header.
-std::optional<std::filesystem::path> detached_data(const std::filesystem::path&);
+CtImage read_metaimage(const std::filesystem::path&, const Progress&);
+
+/// The files with the samples of a header; none where they are in the file itself. Throw InputError.
+std::vector<std::filesystem::path> nrrd_data_files(const std::filesystem::path&);
+std::vector<std::filesystem::path> metaimage_data_files(const std::filesystem::path&);
+std::vector<std::filesystem::path> nifti_data_files(const std::filesystem::path&);
 
 /// Calls work(i) for every i < count, blocks of neighbouring ones on any processor.
 template <class Index, class Work>
@@ -42,11 +49,14 @@ void require_usable(const std::filesystem::path&, const render::VolumeGrid&);
 /// Throws InputError when no value is below −100: a CT shows fat and air.
 void require_hounsfield(const std::filesystem::path&, const std::vector<std::int16_t>& hu);
 
-/// A file read from front to back, decompressed on the way where it is gzip.
+/// How the bytes of a file are packed: gzip and zlib are told apart by their first bytes; two digits a byte.
+enum class Packing { None, Deflate, Bzip2, Hex };
+
+/// A file read from front to back, unpacked on the way.
 class ByteSource {
 public:
     /// From `offset` on [bytes]. Throws InputError when the file cannot be read.
-    ByteSource(std::filesystem::path, std::uint64_t offset, bool gzip);
+    ByteSource(std::filesystem::path, std::uint64_t offset, Packing);
     ~ByteSource();
     ByteSource(const ByteSource&) = delete;
     ByteSource& operator=(const ByteSource&) = delete;
@@ -60,12 +70,17 @@ public:
     void finish();
 
 private:
-    struct Gzip;
+    struct Unpacker;
+    struct Inflater;
+    struct Bunzipper;
+    struct HexReader;
+    std::size_t unpacked(char* to, std::size_t bytes);
+
     std::filesystem::path path_;
     std::uint64_t left_ = 0;  // of the file, as it is stored [bytes]
     std::uint64_t taken_ = 0;
     std::ifstream plain_;
-    std::unique_ptr<Gzip> gzip_;
+    std::unique_ptr<Unpacker> unpacker_;  // none: the bytes are the file's
 };
 
 /// True when the file begins as gzip does.
@@ -76,15 +91,43 @@ struct Rescale {
     double slope = 1.0, intercept = 0.0;
 };
 
-/// The next `count` numbers of the source. Throws InputError when they end before, or one is not finite.
-std::vector<std::int16_t> read_samples(ByteSource&, const std::filesystem::path&, std::size_t count,
-                                       io::NumberType, bool big_endian, Rescale, const Progress&);
+/// Hounsfield units are set to the nearer of scanners' limits, and what is not a number is air; labels to
+/// those of 16 bits, and what is not a number is 0.
+enum class SampleKind { Hounsfield, Labels };
+
 /// Clamped and rounded; empty when it is not finite.
 inline std::optional<std::int16_t> as_hu(double value) {
     if (!(value > -1e300 && value < 1e300)) return std::nullopt;
     const double within = value < lowest_hu ? lowest_hu : value > highest_hu ? highest_hu : value;
     return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
 }
+
+/// Turns numbers into samples, and keeps in mind what there was among them.
+struct SampleFindings {
+    bool fractions = false;       // labels that were not whole
+    std::size_t not_numbers = 0;  // NaN
+
+    /// Empty for a number that is too large for a double.
+    std::optional<std::int16_t> sample(double value, SampleKind kind) {
+        constexpr std::int16_t air = -1000;
+        if (value != value) {
+            ++not_numbers;
+            return kind == SampleKind::Labels ? std::int16_t{0} : air;
+        }
+        if (kind == SampleKind::Hounsfield) return as_hu(value);
+        if (!(value > -1e300 && value < 1e300)) return std::nullopt;
+        fractions = fractions || value != std::floor(value);
+        const double within = value < -32768 ? -32768 : value > 32767 ? 32767 : value;
+        return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
+    }
+    /// Adds a note where there were samples that are no numbers.
+    void tell(CtImage&) const;
+};
+
+/// The next `count` numbers of the source. Throws InputError when they end before, or one is infinite.
+std::vector<std::int16_t> read_samples(ByteSource&, const std::filesystem::path&, std::size_t count,
+                                       io::NumberType, bool big_endian, Rescale, const Progress&, SampleKind,
+                                       SampleFindings&);
 
 /// A scanner's number is a mean over a voxel. Straight lines between such numbers would blur a second time,
 /// over two more voxels. This replaces them with those samples whose linear interpolation has the given

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nifti2_io.h>
 
+#include "engine/io/text.h"
 #include "engine/patient/ct_samples.h"
 
 namespace patient {
@@ -37,6 +38,7 @@ Image interpreted(const nifti_2_header& header, const char* name) {
 struct Interpreted {
     Image image;
     bool swapped = false;
+    bool apart = false;     // the samples lie in a file .img
     double data_begin = 0;  // [bytes]
 };
 
@@ -48,9 +50,9 @@ Interpreted interpret(ByteSource& source, const fs::path& path, std::int32_t fir
     Header header;
     std::memcpy(&header, &first, sizeof first);
     source.read(reinterpret_cast<char*>(&header) + sizeof first, sizeof header - sizeof first);
-    if (std::memcmp(header.magic, version == 1 ? "n+1" : "n+2", 4) != 0)
-        refuse_ct(path, "no mark of NIfTI with its samples in the same file was found",
-                  "expected one file .nii or .nii.gz");
+    const bool apart = std::memcmp(header.magic, version == 1 ? "ni1" : "ni2", 4) == 0;
+    if (!apart && std::memcmp(header.magic, version == 1 ? "n+1" : "n+2", 4) != 0)
+        refuse_ct(path, "no mark of NIfTI was found", "expected .nii, .nii.gz, or .hdr with its .img");
     if (swapped) swap_nifti_header(&header, version);
     bool fine = header.dim[0] >= 3 && header.dim[0] <= 7;
     for (int a = 1; fine && a <= header.dim[0]; ++a)
@@ -59,22 +61,44 @@ Interpreted interpret(ByteSource& source, const fs::path& path, std::int32_t fir
         refuse_ct(path,
                   fmt::format("an image of {} dimensions, {} × {} × {} × {}, was found", header.dim[0],
                               header.dim[1], header.dim[2], header.dim[3], header.dim[4]),
-                  "expected three dimensions of up to 32768 samples");
+                  "expected three dimensions of up to 32768 samples: save one volume in a file");
     // Beyond those of the image they mean nothing.
     for (int a = header.dim[0] + 1; a < 8; ++a) header.dim[a] = 1;
     if (!sample_type(header.datatype))
         refuse_ct(path, fmt::format("samples of type {} were found", header.datatype),
                   "expected whole numbers and floating-point numbers, one for each sample");
-    const double begin = static_cast<double>(header.vox_offset);
-    if (!(begin >= sizeof header && begin < 1e8))
+    // 0 stands for the first place: behind the header and four bytes that say that no extension follows.
+    constexpr int extension = 4;
+    const double stated = static_cast<double>(header.vox_offset);
+    const double begin = stated == 0 && !apart ? static_cast<double>(sizeof header + extension) : stated;
+    if (!(begin >= (apart ? 0.0 : static_cast<double>(sizeof header)) && begin < 1e8))
         refuse_ct(path, fmt::format("samples that begin at byte {:.4g} were found", begin),
-                  fmt::format("expected {} to 100000000", sizeof header));
-    Interpreted result{interpreted(header, path.c_str()), swapped, begin};
+                  fmt::format("expected 0, or {} to 100000000", apart ? 0 : sizeof header));
+    Interpreted result{interpreted(header, path.c_str()), swapped, apart, begin};
     if (!result.image) refuse_ct(path, "libnifti does not accept its header", "expected a whole .nii file");
     return result;
 }
 
-render::VolumeGrid nifti_grid(const fs::path& path, const nifti_image& image) {
+/// Largest distance between the places of a corner by both of its transformations [in the file's unit].
+template <class Matrix>
+double apart_by(const nifti_image& image, const Matrix& a, const Matrix& b) {
+    double most = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const double at[] = {corner & 1 ? static_cast<double>(image.nx - 1) : 0.0,
+                             corner & 2 ? static_cast<double>(image.ny - 1) : 0.0,
+                             corner & 4 ? static_cast<double>(image.nz - 1) : 0.0, 1};
+        geometry::Vec3 away = geometry::Vec3::Zero();
+        for (int row = 0; row < 3; ++row)
+            for (int k = 0; k < 4; ++k)
+                away[row] += at[k] * (static_cast<double>(a.m[row][k]) - static_cast<double>(b.m[row][k]));
+        most = std::max(most, away.norm());
+    }
+    return most;
+}
+
+/// Its place, and a note where it states two.
+render::VolumeGrid nifti_grid(const fs::path& path, const nifti_image& image,
+                              std::vector<std::string>& notes) {
     render::VolumeGrid grid;
     grid.size = {static_cast<int>(image.nx), static_cast<int>(image.ny), static_cast<int>(image.nz)};
     if (image.sform_code <= 0 && image.qform_code <= 0)
@@ -84,6 +108,11 @@ render::VolumeGrid nifti_grid(const fs::path& path, const nifti_image& image) {
     double unit = 1;
     if (image.xyz_units == NIFTI_UNITS_METER) unit = 1e3;
     if (image.xyz_units == NIFTI_UNITS_MICRON) unit = 1e-3;
+    constexpr double worth_a_word = 0.5;  // [mm]
+    if (image.sform_code > 0 && image.qform_code > 0)
+        if (const double by = unit * apart_by(image, image.sto_xyz, image.qto_xyz); by > worth_a_word)
+            notes.push_back(fmt::format(
+                "its sform and its qform place it up to {:.3g} mm apart; the sform was taken", by));
     // NIfTI counts from left to right and from back to front: +x right, +y front.
     for (int row = 0; row < 3; ++row) {
         const double sign = row < 2 ? -unit : unit;
@@ -95,9 +124,63 @@ render::VolumeGrid nifti_grid(const fs::path& path, const nifti_image& image) {
 
 }  // namespace
 
-CtImage read_nifti(const fs::path& path, const Progress& progress) {
+namespace {
+
+/// Names of labels that the file has behind its header, as TotalSegmentator writes them in Caret's manner:
+/// <Label Key="52" …><![CDATA[aorta]]></Label>.
+std::vector<LabelImage::Name> names_in(std::string_view text) {
+    std::vector<LabelImage::Name> names;
+    for (std::size_t at = 0; (at = text.find("<Label Key=\"", at)) != std::string_view::npos;) {
+        at += std::string_view("<Label Key=\"").size();
+        const std::size_t quote = text.find('"', at), open = text.find('>', at),
+                          close = text.find("</Label>", at);
+        if (quote == std::string_view::npos || open == std::string_view::npos ||
+            close == std::string_view::npos || open > close || quote > open)
+            break;
+        std::string_view name = text.substr(open + 1, close - open - 1);
+        if (constexpr std::string_view data = "<![CDATA["; name.starts_with(data) && name.ends_with("]]>"))
+            name = name.substr(data.size(), name.size() - data.size() - 3);
+        if (const auto value = io::parse_integer(text.substr(at, quote - at)))
+            names.push_back({*value, 0, std::string(name)});
+    }
+    return names;
+}
+
+/// The file of a header .hdr that has its samples: beside it, .img or .img.gz.
+fs::path image_of(const fs::path& header) {
+    fs::path base = header;
+    if (base.extension() == ".gz") base.replace_extension();
+    std::error_code failed;
+    for (const char* ending : {".img", ".img.gz", ".IMG"})
+        if (const fs::path file = fs::path(base).replace_extension(ending); fs::is_regular_file(file, failed))
+            return file;
+    refuse_ct(header, "no file with its samples lies beside it",
+              fmt::format("expected {}", fs::path(base).replace_extension(".img").filename().string()));
+}
+
+/// The header of a pair, whichever of the two was named.
+fs::path header_of(const fs::path& path) {
+    fs::path base = path;
+    if (base.extension() == ".gz") base.replace_extension();
+    if (base.extension() != ".img" && base.extension() != ".IMG") return path;
+    std::error_code failed;
+    for (const char* ending : {".hdr", ".hdr.gz", ".HDR"})
+        if (const fs::path file = fs::path(base).replace_extension(ending); fs::is_regular_file(file, failed))
+            return file;
+    refuse_ct(path, "no header lies beside it",
+              fmt::format("expected {}", fs::path(base).replace_extension(".hdr").filename().string()));
+}
+
+/// `between` takes what lies between header and samples.
+template <class Between, class Samples>
+void read_nifti_parts(const fs::path& given, std::vector<std::string>& notes, const Between& between,
+                      const Samples& samples) {
     nifti_set_debug_level(0);
-    ByteSource source(path, 0, is_gzip(path));
+    const fs::path path = header_of(given);
+    const auto packing = [](const fs::path& file) {
+        return is_gzip(file) ? Packing::Deflate : Packing::None;
+    };
+    ByteSource source(path, 0, packing(path));
     std::int32_t first = 0;
     source.read(&first, sizeof first);
     const auto turned = static_cast<std::int32_t>(__builtin_bswap32(static_cast<std::uint32_t>(first)));
@@ -111,20 +194,72 @@ CtImage read_nifti(const fs::path& path, const Progress& progress) {
         header = interpret<nifti_2_header>(source, path, first, turned == size_2);
         taken = size_2;
     } else {
-        refuse_ct(path, "no header of NIfTI was found", "expected a file .nii or .nii.gz");
+        refuse_ct(path, "no header of NIfTI was found",
+                  "expected a file .nii or .nii.gz, or a pair .hdr and .img");
     }
     const nifti_image& image = *header.image;
-    CtImage ct;
-    ct.grid = nifti_grid(path, image);
-    require_usable(path, ct.grid);
+    const render::VolumeGrid grid = nifti_grid(path, image, notes);
+    require_usable(path, grid);
     Rescale rescale;
     if (image.scl_slope != 0) rescale = {image.scl_slope, image.scl_inter};
     if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
         refuse_ct(path, "its rescale slope or intercept is not finite", "expected finite numbers");
-    source.skip(static_cast<std::uint64_t>(header.data_begin) - taken);
-    ct.hu = read_samples(source, path, ct.grid.count(), *sample_type(image.datatype),
-                         header.swapped != (std::endian::native == std::endian::big), rescale, progress);
+    const bool big_endian = header.swapped != (std::endian::native == std::endian::big);
+    if (!header.apart) {
+        between(source, static_cast<std::uint64_t>(header.data_begin) - taken);
+        return samples(source, path, grid, *sample_type(image.datatype), big_endian, rescale);
+    }
+    const fs::path file = image_of(path);
+    ByteSource data(file, 0, packing(file));
+    data.skip(static_cast<std::uint64_t>(header.data_begin));
+    samples(data, file, grid, *sample_type(image.datatype), big_endian, rescale);
+}
+
+}  // namespace
+
+std::vector<fs::path> nifti_data_files(const fs::path& path) {
+    const fs::path header = header_of(path);
+    fs::path base = header;
+    if (base.extension() == ".gz") base.replace_extension();
+    if (base.extension() != ".hdr" && base.extension() != ".HDR") return {};
+    return {header == path ? image_of(header) : header};
+}
+
+CtImage read_nifti(const fs::path& path, const Progress& progress) {
+    CtImage ct;
+    read_nifti_parts(
+        path, ct.notes, [](ByteSource& source, std::uint64_t bytes) { source.skip(bytes); },
+        [&](ByteSource& source, const fs::path& file, const render::VolumeGrid& grid, io::NumberType type,
+            bool big_endian, Rescale rescale) {
+            ct.grid = grid;
+            SampleFindings findings;
+            ct.hu = read_samples(source, file, grid.count(), type, big_endian, rescale, progress,
+                                 SampleKind::Hounsfield, findings);
+            findings.tell(ct);
+        });
     return ct;
+}
+
+LabelImage read_nifti_labels(const fs::path& path, const Progress& progress) {
+    LabelImage labels;
+    std::vector<std::string> notes;
+    read_nifti_parts(
+        path, notes,
+        [&](ByteSource& source, std::uint64_t bytes) {
+            std::string text(std::min<std::uint64_t>(bytes, 1 << 20), '\0');
+            source.read(text.data(), text.size());
+            source.skip(bytes - text.size());
+            labels.names = names_in(text);
+        },
+        [&](ByteSource& source, const fs::path& file, const render::VolumeGrid& grid, io::NumberType type,
+            bool big_endian, Rescale rescale) {
+            labels.grid = grid;
+            SampleFindings findings;
+            labels.values = read_samples(source, file, grid.count(), type, big_endian, rescale, progress,
+                                         SampleKind::Labels, findings);
+            labels.fractions = findings.fractions;
+        });
+    return labels;
 }
 
 }  // namespace patient

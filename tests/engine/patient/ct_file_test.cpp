@@ -1,9 +1,12 @@
 /// CT files of each kind, whole and damaged.
 
 #include <algorithm>
+#include <bzlib.h>
+#include <cmath>
 #include <cstring>
 #include <nifti/nifti1.h>
 #include <random>
+#include <zlib.h>
 
 #include "engine/patient/ct_image.h"
 #include "engine/patient/patient_files.h"
@@ -139,11 +142,21 @@ TEST_F(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
     const std::pair<std::string, std::string> wrong[] = {
         {header("block", "LPS", "encoding: ascii\n\n") + listed, "'type: block' was found"},
         {header("short", "scanner-xyz", "encoding: ascii\n\n") + listed, "right-anterior-superior"},
-        {header("short", "LPS", "encoding: bzip2\n\n") + listed, "raw, gzip or ascii"},
+        {header("short", "LPS", "encoding: lzma\n\n") + listed, "raw, gzip, bzip2, hex or ascii"},
+        {header("short", "LPS", "endian: little\nencoding: bzip2\n\n") + listed,
+         "the compressed data are damaged"},
+        {header("short", "LPS", "endian: little\nencoding: hex\n\n") + "18FC 0000 28 0x 0000 0000 0000 0000 0000 0000", "are damaged"},
+        {header("short", "LPS", "encoding: ascii\nline skip: 3\n\n") + listed, "the file ends after"},
+        {header("short", "LPS", "endian: little\nencoding: raw\ndata file: s%d.raw 1 3\n"),
+         "such as slice%03d.raw 1 65 1"},
+        {header("short", "LPS", "endian: little\nencoding: raw\ndata file: LIST\n"),
+         "expected the names of files behind it"},
+        {header("short", "LPS", "endian: little\nencoding: raw\ndata file: LIST\na\nb\nc\n"),
+         "expected as many samples in each of 3 files, of 8 in all"},
         {header("short", "LPS", "encoding: raw\n\n") + big, "no 'endian' was found"},
         {header("short", "LPS", "encoding: raw\nendian: big\n\n") + big.substr(3), "asks for 16 bytes"},
         {header("short", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 x 7 8 ", "'x' was found for sample 5"},
-        {header("float", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 nan 7 8", "a finite number"},
+        {header("float", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 inf 7 8", "a finite number"},
         {header("short", "LPS", "encoding: ascii\nspace units: \"m\" \"m\" \"m\"\n\n") + listed,
          "expected mm"},
         {"hello", "no header of NRRD"}};
@@ -151,6 +164,157 @@ TEST_F(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
         test::write(folder / "w.nrrd", text);
         test::expect_said(refused(folder / "w.nrrd"), said);
     }
+}
+
+TEST_F(CtFile, NrrdIsReadFromEveryKindOfDataFile) {
+    const CtImage ct = small_ct();
+    const std::string start =
+        "NRRD0005\ntype: short\ndimension: 3\nspace: LPS\nsizes: 7 5 6\nspace directions: (0.75,0,0) "
+        "(0,0.5,0) "
+        "(0,0,1.25)\nspace origin: (1,2,3)\nendian: little\n";
+    const std::string bytes(reinterpret_cast<const char*>(ct.hu.data()), 2 * ct.hu.size());
+    std::string hex, packed(2 * bytes.size() + 600, '\0');
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        hex += fmt::format("{:02x}{}", static_cast<unsigned char>(bytes[i]), i % 20 == 19 ? "\n" : "");
+    auto size = static_cast<unsigned>(packed.size());
+    ASSERT_EQ(BZ2_bzBuffToBuffCompress(packed.data(), &size, const_cast<char*>(bytes.data()),
+                                       static_cast<unsigned>(bytes.size()), 9, 0, 0),
+              BZ_OK);
+    packed.resize(size);
+    for (int k = 0; k < 6; ++k) {
+        const std::string slice = bytes.substr(static_cast<std::size_t>(70 * k), 70);
+        test::write(folder / fmt::format("s{:03}.raw", k), slice);
+        test::write(folder / fmt::format("l{}.raw", k), "two lines\nbefore it\n" + slice);
+    }
+    const std::pair<const char*, std::string> files[] = {
+        {"hex.nrrd", start + "encoding: hex\n\n" + hex},
+        {"bzip2.nrrd", start + "encoding: bzip2\n\n" + packed},
+        {"list.nhdr",
+         start +
+             "encoding: raw\ndata file: LIST\ns000.raw\ns001.raw\ns002.raw\ns003.raw\ns004.raw\ns005.raw\n"},
+        {"pattern.nhdr", start + "encoding: raw\ndata file: s%03d.raw 0 5 1\n"},
+        {"lines.nhdr", start + "encoding: raw\nline skip: 2\ndata file: l%d.raw 0 5 1\n"}};
+    for (const auto& [name, text] : files) {
+        SCOPED_TRACE(name);
+        test::write(folder / name, text);
+        EXPECT_EQ(read_ct(folder / name).hu, ct.hu);
+    }
+    // What the samples are in is part of the CT.
+    for (const char* name : {"list.nhdr", "pattern.nhdr"}) {
+        const std::uint64_t before = content_hash(folder / name);
+        test::write(folder / "s004.raw", std::string(70, 'x'));
+        EXPECT_NE(content_hash(folder / name), before) << name;
+        test::write(folder / "s004.raw", bytes.substr(280, 70));
+    }
+    PatientFiles of_list;
+    of_list.ct = folder / "list.nhdr";
+    EXPECT_EQ(inputs_of(of_list).size(), 7u);
+}
+
+TEST_F(CtFile, MetaImagesGiveBackPlacesAndValues) {
+    const CtImage ct = small_ct();
+    const geometry::Mat3 axes = ct.grid.axes();
+    std::string matrix;
+    for (int a = 0; a < 3; ++a)
+        for (int row = 0; row < 3; ++row)
+            matrix += fmt::format(" {:.12f}", axes(row, a) / axes.col(a).norm());
+    const std::string start = fmt::format(
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nTransformMatrix ={}\nOffset = {:.12f} {:.12f} "
+        "{:.12f}\n"
+        "ElementSpacing = 0.75 0.5 1.25\nDimSize = 7 5 6\n",
+        matrix, ct.grid.origin.x(), ct.grid.origin.y(), ct.grid.origin.z());
+    const std::string bytes(reinterpret_cast<const char*>(ct.hu.data()), 2 * ct.hu.size());
+    std::string turned, floats, packed(2 * bytes.size() + 600, '\0');
+    for (std::size_t i = 0; i < bytes.size(); i += 2) turned += {bytes[i + 1], bytes[i]};
+    for (const std::int16_t hu : ct.hu) {
+        const auto f = static_cast<float>(hu);
+        floats.append(reinterpret_cast<const char*>(&f), sizeof f);
+    }
+    uLongf size = packed.size();
+    ASSERT_EQ(compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+                       reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()),
+              Z_OK);
+    packed.resize(size);
+    const std::string last = "ElementDataFile = ";
+    test::write(folder / "d.raw", "12345" + bytes);
+    test::write(folder / "d.zraw", packed);
+    const std::pair<const char*, std::string> files[] = {
+        {"a.mha", start + "ElementType = MET_SHORT\n" + last + "LOCAL\n" + bytes},
+        {"b.mha",
+         start + "BinaryDataByteOrderMSB = True\nElementType = MET_SHORT\n" + last + "LOCAL\n" + turned},
+        {"c.mha", start + "ElementType = MET_FLOAT\n" + last + "LOCAL\n" + floats},
+        {"d.mhd", start + "ElementType = MET_SHORT\nHeaderSize = -1\n" + last + "d.raw\n"},
+        {"e.mhd", start + "ElementType = MET_SHORT\nHeaderSize = 5\n" + last + "d.raw"},
+        {"f.mhd", start + "ElementType = MET_SHORT\nCompressedData = True\n" + last + "d.zraw\n"},
+        {"g.mha", start + "ElementType = MET_SHORT\nCompressedData = True\n" + last + "LOCAL\n" + packed}};
+    for (const auto& [name, text] : files) {
+        SCOPED_TRACE(name);
+        test::write(folder / name, text);
+        expect_same(read_ct(folder / name), ct, 1e-6);
+    }
+    const std::pair<std::string, const char*> wrong[] = {
+        {start + last + "LOCAL\n", "no 'elementtype' was found"},
+        {start + "ElementType = MET_SHORT\n", "no 'ElementDataFile' was found"},
+        {start + "ElementType = MET_SHORT\n" + last + "LIST\n", "LOCAL or the name of one file"},
+        {start + "ElementType = MET_SHORT\n" + last + "LOCAL\n" + bytes.substr(2), "asks for 420 bytes"},
+        {"NDims = 3\nDimSize = 7 5 6\nElementType = MET_SHORT\n" + last + "LOCAL\n" + bytes,
+         "expected Offset and ElementSpacing"},
+        {"NDims = 4\nElementType = MET_SHORT\n" + last + "LOCAL\n", "save one volume in a file"},
+        {"hello\n", "the line 'hello' was found"}};
+    for (const auto& [text, said] : wrong) {
+        test::write(folder / "w.mha", text);
+        test::expect_said(refused(folder / "w.mha"), said);
+    }
+}
+
+TEST_F(CtFile, NiftiPairsFirstBytesOfZeroNanAndTwoPlacesAreReadAndTold) {
+    const CtImage ct = small_ct();
+    write_ct(folder / "a.nii", ct);
+    const std::string whole = test::read(folder / "a.nii");
+    nifti_1_header header;
+    std::memcpy(&header, whole.data(), sizeof header);
+    const auto with = [&](const std::string& samples, bool apart = false) {
+        std::string text(352, '\0');
+        std::memcpy(text.data(), &header, sizeof header);
+        return apart ? text.substr(0, sizeof header) : text + samples;
+    };
+    const std::string samples = whole.substr(static_cast<std::size_t>(header.vox_offset));
+    header.vox_offset = 0;
+    test::write(folder / "zero.nii", with(samples));
+    expect_same(read_ct(folder / "zero.nii"), ct, 1e-4);
+
+    std::memcpy(header.magic, "ni1", 4);
+    test::write(folder / "pair.hdr", with({}, true));
+    test::expect_said(refused(folder / "pair.hdr"),
+                      "no file with its samples lies beside it; expected pair.img");
+    test::write(folder / "pair.img", samples);
+    for (const char* name : {"pair.hdr", "pair.img"}) expect_same(read_ct(folder / name), ct, 1e-4);
+    std::memcpy(header.magic, "n+1", 4);
+
+    header.qform_code = 1;
+    header.quatern_b = header.quatern_c = header.quatern_d = 0;
+    header.qoffset_x = header.srow_x[3] + 40;
+    header.qoffset_y = header.srow_y[3];
+    header.qoffset_z = header.srow_z[3];
+    test::write(folder / "two.nii", with(samples));
+    const CtImage two = read_ct(folder / "two.nii");
+    expect_same(two, ct, 1e-4);
+    ASSERT_EQ(two.notes.size(), 1u);
+    test::expect_said(two.notes[0], "its sform and its qform place it up to");
+    header.qform_code = 0;
+
+    // What a resampled volume has around it.
+    header.datatype = DT_FLOAT32, header.bitpix = 32;
+    std::string floats;
+    for (std::size_t i = 0; i < ct.hu.size(); ++i) {
+        const float f = i % 7 == 0 ? std::nanf("") : static_cast<float>(ct.hu[i]);
+        floats.append(reinterpret_cast<const char*>(&f), sizeof f);
+    }
+    test::write(folder / "nan.nii", with(floats));
+    const CtImage padded = read_ct(folder / "nan.nii");
+    for (std::size_t i = 0; i < ct.hu.size(); ++i) EXPECT_EQ(padded.hu[i], i % 7 == 0 ? -1000 : ct.hu[i]);
+    ASSERT_EQ(padded.notes.size(), 1u);
+    EXPECT_EQ(padded.notes[0], "samples that are no numbers were taken as air: 30 (14.3 %)");
 }
 
 TEST_F(CtFile, DicomSeriesAreChosenAndGapsNamed) {
@@ -255,7 +419,7 @@ TEST_F(CtFile, SlicesWhoseStepsAreRoundedOrChangeAreReadAndTheChangeIsTold) {
 TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     test::expect_said(refused(folder / "nothing.nii"), "no such CT can be read");
     test::write(folder / "a.txt", "hello");
-    test::expect_said(refused(folder / "a.txt"), "NIfTI (.nii, .nii.gz), NRRD");
+    test::expect_said(refused(folder / "a.txt"), "NIfTI (.nii, .nii.gz, .hdr with .img), NRRD");
     test::write(folder / "empty.nii", "");
     test::expect_said(refused(folder / "empty.nii"), "empty");
     test::expect_said(refused(folder.path()), "no slices of CT");
@@ -334,7 +498,24 @@ TEST_F(CtFile, DamagedFilesAreReadOrRefused) {
         }
         overwrite(file, whole);
     };
-    for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "b.nrrd", "c.nrrd"})
+    test::write(
+        folder / "hex.nrrd",
+        "NRRD0004\ntype: short\ndimension: 3\nspace: RAS\nsizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) "
+        "(0,0,1)\n"
+        "space origin: (0,0,0)\nendian: little\nencoding: hex\n\n18fc00000100020003000400050006\n00\n");
+    test::write(folder / "p1.raw", std::string("\x18\xfc\0\0\0\0\0\0", 8));
+    test::write(folder / "p2.raw", std::string(8, '\1'));
+    test::write(folder / "p.nhdr",
+                "NRRD0004\ntype: short\ndimension: 3\nspace: RAS\nsizes: 2 2 2\nspace directions: (1,0,0) "
+                "(0,1,0) (0,0,1)\n"
+                "space origin: (0,0,0)\nendian: little\nencoding: raw\ndata file: p%d.raw 1 2 1\n");
+    test::write(
+        folder / "m.mha",
+        "NDims = 3\nDimSize = 2 2 2\nOffset = 0 0 0\nElementSpacing = 1 1 1\nElementType = MET_SHORT\n"
+        "ElementDataFile = LOCAL\n" +
+            std::string("\x18\xfc\0\0\0\0\0\0\0\0\0\0\0\0\0\0", 16));
+    for (const char* name :
+         {"a.nii", "a.nii.gz", "a.nrrd", "b.nrrd", "c.nrrd", "hex.nrrd", "p.nhdr", "m.mha"})
         damage(folder / name, folder / name, 2000);
     damage(one, folder / "d", 2000);
     EXPECT_GT(read, 500);

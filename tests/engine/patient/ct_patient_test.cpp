@@ -276,7 +276,7 @@ TEST_F(CtPatient, WrongKeysSayWhatWasExpected) {
     const auto said = [&](const std::string& section) {
         return test::refusal([&] { with_patient(folder, section); });
     };
-    test::expect_said(said("ct = \"none.nii\"\n"), "NIfTI (.nii, .nii.gz), NRRD");
+    test::expect_said(said("ct = \"none.nii\"\n"), "NIfTI (.nii, .nii.gz, .hdr with .img), NRRD");
     test::expect_said(said("ct = \"none.nii\"\n"), "mine.toml:");
     test::expect_said(said("series = \"3\"\n"), "expected it only with ct");
     test::expect_said(said("[[patient.mesh]]\nmaterial = \"wood\"\n"), "cortical bone, trabecular bone");
