@@ -1,15 +1,20 @@
-/// `seldinger bake`: grows many anatomies ahead, for environments that draw them.
+/// `seldinger bake`: makes ahead what environments that draw their patients need of each.
 
+#include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <fmt/format.h>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/episode/store.h"
 #include "engine/exercise/body.h"
 #include "engine/io/error.h"
 
@@ -17,7 +22,9 @@ namespace app {
 namespace {
 
 struct BakeArguments {
-    std::string preset, seeds, cache;
+    ScenarioChoice vessels;  // a preset, or an exercise
+    std::string seeds, cache;
+    std::vector<int> images;  // pixels along a side
     bool without_bodies = false;
 };
 
@@ -40,10 +47,81 @@ std::optional<SeedRange> seeds_of(const std::string& text) {
     return std::nullopt;
 }
 
+/// Whether the cache has the body now.
+bool bake_body(const anatomy::Anatomy& vessels, const anatomy::ModelCache& cache) {
+    static_cast<void>(exercise::body_around(vessels, cache));
+    return exercise::body_is_kept(vessels, cache);
+}
+
+/// Vessels of a preset, their wall and body. Whether the cache has them now.
+bool bake_preset(const BakeArguments& arguments, std::uint64_t seed, const anatomy::ModelCache& cache) {
+    anatomy::VesselTreeSpec spec = anatomy::vessel_preset(arguments.vessels.named, seed);
+    spec.name = anatomy::name_of_grown(spec.name, seed);
+    const anatomy::Anatomy made = anatomy::generated_anatomy(spec, cache);
+    static_cast<void>(anatomy::cached_distance_field(made, 1.0, 0.0, cache));
+    const bool kept = anatomy::is_kept(spec, cache);
+    return (arguments.without_bodies || bake_body(made, cache)) && kept;
+}
+
+scenario::Scenario exercise_of(const std::filesystem::path& file, std::uint64_t seed) {
+    return episode::scenario_of(
+        {file.string(), {}, catalogue().string(), {{"anatomy.seed", std::to_string(seed)}}});
+}
+
+/// All that an episode of the exercise needs. Whether the cache has it now.
+bool bake_exercise(const BakeArguments& arguments, const std::filesystem::path& file, std::uint64_t seed,
+                   const anatomy::ModelCache& cache) {
+    const scenario::Scenario scenario = exercise_of(file, seed);
+    episode::Episode episode(scenario, exercise::Pictures::None, cache);
+    bool kept = anatomy::is_kept(*scenario.vessels, cache);
+    if (!arguments.without_bodies) kept = bake_body(episode.simulation().anatomy(), cache) && kept;
+    const auto keep_views = [&] {
+        for (const int pixels : arguments.images) kept = episode.keep_view(pixels) && kept;
+    };
+    keep_views();
+    // Environments then move the table.
+    const exercise::InImage tip = episode.reading().tip_px;
+    const auto in_image = [&](double at) { return at >= 0 && at < scenario.c_arm.pixels; };
+    if (!in_image(tip.x) || !in_image(tip.y)) {
+        episode.show_tip(episode::Episode::usual_margin);
+        keep_views();
+    }
+    return kept;
+}
+
+/// What bakes one seed.
+std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const BakeArguments& arguments,
+                                                                        std::uint64_t first) {
+    const std::string& named = arguments.vessels.named;
+    const auto presets = anatomy::vessel_presets();
+    if (std::ranges::find(presets, named, &anatomy::VesselPreset::name) != presets.end()) {
+        if (!arguments.images.empty())
+            throw BadArgument("--image: expected an exercise, found the preset '" + named +
+                              "', which has no C-arm");
+        return [&](std::uint64_t seed, const anatomy::ModelCache& cache) {
+            return bake_preset(arguments, seed, cache);
+        };
+    }
+    const auto exercises = exercise_folders(arguments.vessels.exercises).all();
+    // What is neither is told by the presets, which are fewer.
+    if (!named.ends_with(".toml") &&
+        std::ranges::find(exercises, named, &scenario::ExerciseFiles::name) == exercises.end())
+        static_cast<void>(anatomy::vessel_preset(named));
+    const std::filesystem::path file = exercise_named(arguments.vessels).file;
+    // What is wrong with it is told before all else.
+    if (exercise_of(file, first).motion.moves() && !arguments.images.empty())
+        throw BadArgument("--image: expected a patient who lies still, found the moving one of '" + named +
+                          "'");
+    return [&, file](std::uint64_t seed, const anatomy::ModelCache& cache) {
+        return bake_exercise(arguments, file, seed, cache);
+    };
+}
+
 int bake(const BakeArguments& arguments) {
     const SeedRange seeds = seeds_of(arguments.seeds).value();
-    static_cast<void>(
-        anatomy::vessel_preset(arguments.preset));  // that there is none is told before all else
+    if (arguments.without_bodies && !arguments.images.empty())
+        throw BadArgument("--image: expected bodies, found --without-bodies");
+    const auto bake_seed = baker_of(arguments, seeds.first);
     anatomy::ModelCache cache;
     cache.folder = usual_cache(arguments.cache);
     if (cache.folder.empty())
@@ -59,16 +137,7 @@ int bake(const BakeArguments& arguments) {
         };
         for (std::uint64_t seed = seeds.first; seed < seeds.end && !stop_requested(); ++seed) {
             try {
-                anatomy::VesselTreeSpec spec = anatomy::vessel_preset(arguments.preset, seed);
-                spec.name = anatomy::name_of_grown(spec.name, seed);
-                const anatomy::Anatomy made = anatomy::generated_anatomy(spec, cache);
-                static_cast<void>(anatomy::cached_distance_field(made, 1.0, 0.0, cache));
-                bool whole = anatomy::is_kept(spec, cache);
-                if (!arguments.without_bodies) {
-                    static_cast<void>(exercise::body_around(made, cache));
-                    whole = whole && exercise::body_is_kept(made, cache);
-                }
-                ++(whole ? kept : lost);
+                ++(bake_seed(seed, cache) ? kept : lost);
             } catch (const io::InputError& error) {
                 ++failed;
                 tell("seed {}: {}\n", seed, error.what());
@@ -76,7 +145,7 @@ int bake(const BakeArguments& arguments) {
             }
         }
     }
-    print("{}: {} of {} anatomies are in {}{}{}\n", arguments.preset, kept, seeds.end - seeds.first,
+    print("{}: {} of {} anatomies are in {}{}{}\n", arguments.vessels.named, kept, seeds.end - seeds.first,
           cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "",
           lost > 0 ? fmt::format(", {} cannot be kept", lost) : "");
     if (stop_requested()) {
@@ -92,19 +161,31 @@ Command add_bake(CLI::App& parser) {
     const auto arguments = std::make_shared<BakeArguments>();
     CLI::App* command = parser.add_subcommand(
         "bake",
-        "Grow the anatomies of many seeds into the cache, with their walls and bodies\n\n"
+        "Make what environments need of the patients of many seeds: vessels, walls, bodies, views\n\n"
         "Examples:\n"
+        "  seldinger bake renal --seeds 0:100 --image 128\n"
         "  seldinger bake iliac-renal --seeds 0:100\n"
         "  seldinger bake aorta --seeds 0:8 --without-bodies");
-    command->add_option("preset", arguments->preset, "Vessels, as 'anatomy generate --help' lists them")
+    command
+        ->add_option("vessels", arguments->vessels.named,
+                     "Exercise, or vessels as 'anatomy generate --help' lists them; the latter where both "
+                     "have the name, and the former by its file")
         ->required()
-        ->type_name("PRESET");
+        ->type_name("EXERCISE|PRESET");
+    add_exercises(command, arguments->vessels.exercises);
     command->add_option("--seeds", arguments->seeds, "The last is END - 1")
         ->required()
         ->type_name("FIRST:END")
         ->check(text_that([](const std::string& text) { return seeds_of(text).has_value(); },
                           fmt::format("FIRST:END, as 0:100 for 0 to 99, and up to {} of them", most)));
     add_cache_folder(command, arguments->cache, "the user's own, as of the Python module");
+    command
+        ->add_option(
+            "--image", arguments->images,
+            "Keep what an image of so many pixels along a side needs at the start of the exercise, so "
+            "that images without contrast from that C-arm need no more; may be repeated")
+        ->type_name("PIXELS")
+        ->check(CLI::Range(32, 2048));
     command->add_flag("--without-bodies", arguments->without_bodies,
                       "Without the patients around the vessels, which only images and doses need");
     command->footer(

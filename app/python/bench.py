@@ -5,6 +5,7 @@ Each line: what, figure, the gate it is held to. Processor time of this process 
 machine matters little. `--quick` makes everything shorter."""
 
 import argparse
+import itertools
 import os
 import re
 import resource
@@ -63,6 +64,25 @@ def play(sim, frames, observe=lambda: None):
         observe()
 
 
+def baked_resets(options, image):
+    """Processor time and time by the clock of resets that each meet another baked patient [ms]."""
+    count = 8 if options.quick else 64
+    subprocess.run([options.program, "bake", "renal", "--seeds", f"1:{count + 3}", "--image", "128", "--cache", options.baked],
+                   env={**os.environ, "SELDINGER_CACHE_MB": "100000"}, check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    seeds = itertools.count(1)
+    env = sd.gym.make("seldinger/Renal-v1", cache=options.baked, image_size=128, pool_size=1,
+                      obs=("tracking2d", "image") if image else None, randomize={"anatomy.seed": lambda rng: next(seeds)})
+    env.reset(seed=0)
+    spent = []
+    while len(spent) < count:
+        start, wall = time.process_time(), time.perf_counter()
+        env.reset()
+        spent.append((1e3 * (time.process_time() - start), 1e3 * (time.perf_counter() - wall)))
+    env.close()
+    return np.array(spent)
+
+
 def row(what, figure, gate=""):
     print(f"{what:<64} {figure:>16}   {gate}", flush=True)
 
@@ -72,6 +92,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--cache", default=None)
     parser.add_argument("--program", default="build/release/bin/seldinger")
+    parser.add_argument("--baked", help="cache of the patients that resets meet; made in a temporary one without it")
     options = parser.parse_args()
     cache = options.cache or str(sd.default_cache())
     row("load of the machine in the last minute", f"{os.getloadavg()[0]:.1f}")
@@ -107,6 +128,14 @@ def main():
     row("size of a snapshot [kB]", f"{len(snapshot) / 1e3:.0f}")
     env = sd.gym.make("seldinger/Renal-v1", cache=cache)
     row("reset of an environment [ms]", f"{1e3 * best(lambda: [env.reset(seed=k) for k in range(200)]) / 200:.3f}", "<= 1")
+
+    with tempfile.TemporaryDirectory() as folder:
+        options.baked = options.baked or folder
+        for image in (False, True):
+            processor, wall = np.median(baked_resets(options, image), axis=0)
+            row(f"reset with a new baked patient, {'with' if image else 'without'} image [ms]", f"{processor:.1f}",
+                "<= 20" if image else "<= 2")
+            row("    by the clock (other load counts)", f"{wall:.1f}")
 
     def episode():
         env.reset(seed=1)

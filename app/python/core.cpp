@@ -234,7 +234,8 @@ PYBIND11_MODULE(_core, m) {
              py::arg("radius_mm") = py::none(), docs::aim)
         .def("apply", &VectorSimulation::apply, py::arg("i"), py::arg("command"), docs::vector_apply)
         .def("hashes", &VectorSimulation::hashes, py::kw_only(), py::arg("asked") = false, docs::hashes)
-        .def("show_tip", &VectorSimulation::show_tip, py::arg("i"), py::arg("margin") = 0.05, docs::show_tip)
+        .def("show_tip", &VectorSimulation::show_tip, py::arg("i"),
+             py::arg("margin") = episode::Episode::usual_margin, docs::show_tip)
         .def("_target", &VectorSimulation::target, py::arg("i"))
         .def("branch_name", &VectorSimulation::branch_name, py::arg("i"), docs::branch_name)
         .def("_score", &VectorSimulation::score, py::arg("i"))

@@ -18,40 +18,22 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
-#include "physics/geometry/hash.h"
+#include "physics/geometry/checksum.h"
 
 namespace anatomy {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* seal_name = "whole";
 /// Beginnings of the names of what is kept.
-constexpr std::array<std::string_view, 4> kept_names = {"anatomy-", "field-", "body-", "ct-"};
+constexpr std::array<std::string_view, 5> kept_names = {"anatomy-", "field-", "body-", "view-", "ct-"};
 
 std::array<std::atomic<int>, 4> made_here = {};  // by Made
 
-/// Names and hashes of the files in the folder but the seal itself. Empty where one cannot be read.
-std::string seal_of(const fs::path& folder) {
-    std::vector<std::string> lines;
-    std::error_code failed;
-    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
-         entry.increment(failed)) {
-        const std::string name = entry->path().filename().string();
-        if (name == seal_name) continue;
-        try {
-            const std::string bytes = io::read_text(entry->path(), "file", "a whole one");
-            geometry::Hash hash;
-            hash.add(static_cast<std::uint64_t>(bytes.size()));
-            hash.add(bytes.data(), bytes.size());
-            lines.push_back(fmt::format("{} {}\n", io::hash_text(hash.value()), name));
-        } catch (const io::InputError&) {
-            return {};
-        }
-    }
-    std::ranges::sort(lines);
-    return failed ? std::string() : io::joined(lines, "");
-}
+struct Seal {
+    char magic[8] = {'S', 'E', 'L', 'D', 'K', 'E', 'P', 'T'};
+    std::uint64_t key = 0, checksum = 0;
+};
 
 bool is_first(const fs::path& folder) {
     static std::mutex mutex;
@@ -148,17 +130,6 @@ CachePlace::CachePlace(const ModelCache& cache, const std::string& name) : cache
     }
 }
 
-bool CachePlace::holds_whole_folder() const {
-    std::error_code ignored;
-    if (path_.empty() || !fs::is_regular_file(path_ / seal_name, ignored)) return false;
-    try {
-        const std::string seal = io::read_text(path_ / seal_name, "seal", "one");
-        return !seal.empty() && seal == seal_of(path_);
-    } catch (const io::InputError&) {
-        return false;
-    }
-}
-
 void CachePlace::used() const {
     if (!path_.empty()) ::utimensat(AT_FDCWD, path_.c_str(), nullptr, 0);
 }
@@ -183,28 +154,27 @@ bool CachePlace::keep_file(std::string_view bytes) const {
     return true;
 }
 
-bool CachePlace::keep_folder(const fs::path& made) const {
-    if (path_.empty()) return false;
-    std::error_code error;
-    try {
-        io::write_whole(made / seal_name, seal_of(made));
-    } catch (const io::InputError& wrong) {
-        failed(wrong.what());
-        return false;
-    }
-    fs::remove_all(path_, error);
-    fs::rename(made, path_, error);
-    if (error) {
-        failed(error.message());
-        return false;
-    }
-    make_room();
-    return true;
-}
-
 void CachePlace::make_room() const {
     used();  // the newest, it stays even where it alone is beyond the limit
     shrink_cache(cache_.folder, std::max(cache_limit(), size_of_item(path_)));
+}
+
+std::string sealed(std::uint64_t key, std::span<const std::byte> state) {
+    Seal seal;
+    seal.key = key;
+    seal.checksum = geometry::checksum(state);
+    std::string file(reinterpret_cast<const char*>(&seal), sizeof seal);
+    return file.append(reinterpret_cast<const char*>(state.data()), state.size());
+}
+
+std::span<const std::byte> unsealed(std::uint64_t key, std::span<const std::byte> file) {
+    Seal seal;
+    if (file.size() < sizeof seal) return {};
+    std::memcpy(&seal, file.data(), sizeof seal);
+    const std::span<const std::byte> state = file.subspan(sizeof seal);
+    const bool whole = std::memcmp(seal.magic, Seal().magic, sizeof seal.magic) == 0 && seal.key == key &&
+                       seal.checksum == geometry::checksum(state);
+    return whole ? state : std::span<const std::byte>();
 }
 
 std::vector<CacheItem> cache_items(const fs::path& folder) {

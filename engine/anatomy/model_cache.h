@@ -1,7 +1,7 @@
 #pragma once
 /// Where results that take seconds to make are kept between runs: generated vessels, the distance fields of
-/// their walls, bodies around them, prepared CTs. Within a process those who
-/// want the same thing share it.
+/// their walls, bodies around them and views of these, prepared CTs. Within a process those who want the same
+/// thing share it.
 
 #include <cstdint>
 #include <filesystem>
@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,7 +38,7 @@ void count(Made);
 /// The usual folder: cache, next to an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);
 
-/// One thing in the cache, a file or a folder. While this exists, no other process looks for the same thing
+/// One file in the cache. While this exists, no other process looks for the same thing
 /// or makes it: processes that need the same thing share the work.
 class CachePlace {
 public:
@@ -50,15 +51,11 @@ public:
     bool exists() const { return !path_.empty(); }  // false without a cache
     const std::filesystem::path& path() const { return path_; }
 
-    /// Whether this is a folder that keep_folder() has made, every file as it was written.
-    bool holds_whole_folder() const;
     /// To be called when the thing was found and used: what was not used for longest is removed first.
     void used() const;
-    /// Puts the bytes, or a folder that was made elsewhere, in the place, and removes the things that were
-    /// not used for longest until the cache is within its limit. A failure is noted, no error. Whether the
-    /// place has it now.
+    /// Puts the bytes in the place, and removes the things that were not used for longest until the cache is
+    /// within its limit. A failure is noted, no error. Whether the place has it now.
     bool keep_file(std::string_view bytes) const;
-    bool keep_folder(const std::filesystem::path& made) const;
     /// Notes that what was made cannot be kept.
     void failed(const std::string& why) const;
 
@@ -70,6 +67,11 @@ private:
     std::filesystem::path path_;
     std::optional<io::LockFile> lock_;
 };
+
+/// The bytes of a state as a file of the cache, with what tells whether they are whole and those of this key.
+std::string sealed(std::uint64_t key, std::span<const std::byte> state);
+/// The state in such a file; empty where it is damaged, or not of this key.
+std::span<const std::byte> unsealed(std::uint64_t key, std::span<const std::byte> file);
 
 /// A thing in a cache.
 struct CacheItem {

@@ -105,7 +105,28 @@ Camera::Camera(std::shared_ptr<PatientImages> patient, const anatomy::ModelCache
 
 exercise::ImagingChain& Camera::chain(const Simulation& simulation) {
     if (!chain_) chain_.emplace(patient_->chain(simulation, cache_));
+    still_.reset();
     return *chain_;
+}
+
+/// By what the cache has kept; null where that is not enough.
+render::Fluoroscope* Camera::still(const Simulation& simulation, const Pulse& pulse) {
+    if (chain_ || simulation.contrast().injected() > 0 || exercise::has_contrast(pulse.exposure))
+        return nullptr;
+    if (!still_ || !(still_arm_ == pulse.arm)) {
+        still_.reset();
+        auto view = exercise::kept_view(simulation.scenario(), simulation.anatomy(), pulse.arm, cache_);
+        if (!view) return nullptr;
+        still_arm_ = pulse.arm;
+        still_.emplace(render::FluoroscopeConfig(), *std::move(view));
+    }
+    return &*still_;
+}
+
+bool Camera::keep_view(const Simulation& simulation, const render::CArm& arm) {
+    require_pixels(arm.pixels);
+    return exercise::keep_view(simulation.scenario(), simulation.anatomy(), arm,
+                               chain(simulation).fluoroscope, cache_);
 }
 
 Pulse Camera::pulse(const Simulation& simulation, const exercise::FrameTime& time,
@@ -123,9 +144,14 @@ render::GrayImage Camera::image(const Simulation& simulation, const exercise::Fr
                                 const render::CArm& arm, ImageMode mode, std::optional<std::uint64_t> seed) {
     if (mode == ImageMode::Screen)
         throw io::InputError("the mode 'screen' was asked for; expected images=True");
-    require_pixels(arm.pixels);
-    render::Fluoroscope& fluoroscope = chain(simulation).fluoroscope;
     Pulse pulse = this->pulse(simulation, time, arm);
+    render::Fluoroscope* seen = still(simulation, pulse);
+    if (!seen) {
+        const bool knows_organs = chain_.has_value();
+        seen = &chain(simulation).fluoroscope;
+        if (!knows_organs) pulse = this->pulse(simulation, time, arm);
+    }
+    render::Fluoroscope& fluoroscope = *seen;
     if (seed) pulse.exposure.seed = *seed;
     exercise::set_mode(pulse, simulation.scenario(),
                        mode == ImageMode::Live   ? script::ImagingMode::Live
@@ -393,6 +419,10 @@ render::GrayImage Episode::image(int pixels, ImageMode mode, std::optional<std::
         return shown;
     }
     return camera().image(simulation(), exercise_.time(), arm(pixels), mode, seed);
+}
+
+bool Episode::keep_view(int pixels) {
+    return camera().keep_view(simulation(), arm(pixels));
 }
 
 const Camera::Masks& Episode::masks(int pixels) {

@@ -60,6 +60,10 @@ public:
     /// seed of the noise alone. Throws InputError for the mode Screen, and as make_imaging does.
     render::GrayImage image(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&,
                             ImageMode, std::optional<std::uint64_t> seed = {});
+    /// Puts into the cache what images from that arm need of the patient, so that cameras need no more of it
+    /// as long as there is no contrast. False for what cannot be kept. Throws InputError as make_imaging
+    /// does.
+    bool keep_view(const exercise::Simulation&, const render::CArm&);
     /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0. No body is made for them.
     /// Throws InputError as make_masking does.
     struct Masks {
@@ -72,10 +76,14 @@ public:
 private:
     exercise::Pulse pulse(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&) const;
     exercise::ImagingChain& chain(const exercise::Simulation&);
+    render::Fluoroscope* still(const exercise::Simulation&, const exercise::Pulse&);
     std::shared_ptr<PatientImages> patient_;
     anatomy::ModelCache cache_;
     std::optional<exercise::ImagingChain> chain_;
     std::optional<render::Fluoroscope> masking_;
+    // In place of the chain, until something asks for more of the patient.
+    std::optional<render::Fluoroscope> still_;
+    render::CArm still_arm_;
     // Of the last masks.
     std::optional<Masks> masks_;
     exercise::Pulse masked_;
@@ -140,6 +148,7 @@ public:
     /// Asks for the table to move so that the tip lies within the image, so far from its edges, a fraction of
     /// its width, or as near to that as the table reaches. Nothing where it does already.
     void show_tip(double margin);
+    static constexpr double usual_margin = 0.05;
 
     /// From now on the panel's readouts follow every frame. To be called before the first.
     void follow_room();
@@ -169,6 +178,8 @@ public:
     /// Throws InputError for sizes out of range, and for the mode Screen in another size than the screen's.
     render::GrayImage image(int pixels, ImageMode, std::optional<std::uint64_t> seed = {});
     const Camera::Masks& masks(int pixels);
+    /// Keeps what images of this size need of the patient from the C-arm as it is: Camera::keep_view.
+    bool keep_view(int pixels);
     /// Writes the commands since the start or the last reset() as a recording, with state hashes. Throws
     /// InputError when the file cannot be written, or is one that the scenario is read from.
     void save(const std::filesystem::path&, script::Origin) const;

@@ -77,7 +77,7 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
 }
 
 /// To be raised whenever the same PatientSpec gives another body, or the layout of a kept one changes.
-constexpr std::uint64_t body_version = 7;
+constexpr std::uint64_t body_version = 8;
 
 /// Covers all that a body is made from.
 std::uint64_t key_of(const render::PatientSpec& spec) {
@@ -146,18 +146,6 @@ struct KeptBody {
     }
 };
 
-/// What stands before the state of a kept body: whose it is, and its hash.
-struct BodyHead {
-    char magic[8] = {'S', 'E', 'L', 'D', 'B', 'O', 'D', 'Y'};
-    std::uint64_t key = 0, hash = 0;
-};
-
-std::uint64_t hash_of(std::span<const std::byte> bytes) {
-    geometry::Hash hash;
-    hash.add(bytes.data(), bytes.size());
-    return hash.value();
-}
-
 std::shared_ptr<const Body> kept(const anatomy::CachePlace& place, std::uint64_t key) {
     if (!place.exists()) return nullptr;
     const auto file = geometry::MappedFile::of(place.path());
@@ -173,22 +161,12 @@ std::shared_ptr<const render::MeteredLayers> metered(std::shared_ptr<const Body>
 
 std::string bytes_of(const Body& body, std::uint64_t key) {
     // Writing a state changes nothing.
-    const std::vector<std::byte> state = geometry::state_of(KeptBody{const_cast<Body&>(body)});
-    BodyHead head;
-    head.key = key;
-    head.hash = hash_of(state);
-    std::string bytes(reinterpret_cast<const char*>(&head), sizeof head);
-    return bytes.append(reinterpret_cast<const char*>(state.data()), state.size());
+    return anatomy::sealed(key, geometry::state_of(KeptBody{const_cast<Body&>(body)}));
 }
 
-std::shared_ptr<const Body> body_of(std::span<const std::byte> bytes, std::uint64_t key) {
-    BodyHead head;
-    if (bytes.size() < sizeof head) return nullptr;
-    std::memcpy(&head, bytes.data(), sizeof head);
-    bytes = bytes.subspan(sizeof head);
-    if (std::memcmp(head.magic, BodyHead().magic, sizeof head.magic) != 0 || head.key != key ||
-        head.hash != hash_of(bytes))
-        return nullptr;
+std::shared_ptr<const Body> body_of(std::span<const std::byte> file, std::uint64_t key) {
+    const std::span<const std::byte> bytes = anatomy::unsealed(key, file);
+    if (bytes.empty()) return nullptr;
     const auto body = std::make_shared<Body>();
     KeptBody kept{*body};
     try {
@@ -234,8 +212,12 @@ std::shared_ptr<const Body> body_around(const anatomy::Anatomy& anatomy, const a
     return found;
 }
 
+std::uint64_t body_key(const anatomy::Anatomy& anatomy) {
+    return key_of(patient(anatomy));
+}
+
 bool body_is_kept(const anatomy::Anatomy& anatomy, const anatomy::ModelCache& cache) {
-    const std::uint64_t key = key_of(patient(anatomy));
+    const std::uint64_t key = body_key(anatomy);
     return kept(anatomy::CachePlace(cache, file_name(key)), key) != nullptr;
 }
 

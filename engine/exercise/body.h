@@ -29,6 +29,9 @@ std::shared_ptr<const render::MeteredLayers> metered(std::shared_ptr<const Body>
 /// bits either way. A damaged file is replaced.
 std::shared_ptr<const Body> body_around(const anatomy::Anatomy&, const anatomy::ModelCache& = {});
 
+/// Covers all that the body of these vessels depends on, and how bodies are made.
+std::uint64_t body_key(const anatomy::Anatomy&);
+
 /// Whether the cache has it, whole.
 bool body_is_kept(const anatomy::Anatomy&, const anatomy::ModelCache&);
 

@@ -13,8 +13,11 @@
 #include "engine/exercise/distal_trees.h"
 #include "engine/exercise/room_in_beam.h"
 #include "engine/io/error.h"
+#include "engine/io/text.h"
 #include "engine/patient/ct_patient.h"
 #include "engine/scenario/breathing.h"
+#include "physics/geometry/checksum.h"
+#include "physics/geometry/mapped_file.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/organ_motion.h"
 #include "render/patient/solids.h"
@@ -494,6 +497,76 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
                                                 std::move(volumes), body ? metered(body) : nullptr),
                             std::move(organs)};
     });
+}
+
+namespace {
+
+/// To be raised whenever layers of the same body are seen otherwise, or the layout of a kept view changes.
+constexpr std::uint64_t view_version = 1;
+
+/// Covers all that the view depends on; none where it is no still one.
+std::optional<std::uint64_t> view_key(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                                      const render::CArm& arm) {
+    const patient::PatientFiles& files = scenario.patient_files;
+    if (scenario.motion.moves() || !files.ct.empty() || !files.meshes.empty()) return std::nullopt;
+    geometry::Hash hash;
+    const auto add = [&hash](const auto& list) {
+        hash.add(geometry::checksum(std::as_bytes(std::span(list))));
+    };
+    const scenario::Imaging& imaging = scenario.imaging;
+    hash.add(view_version);
+    hash.add(imaging.patient ? body_key(anatomy) : 0);
+    hash.add(std::uint64_t{imaging.patient} | std::uint64_t{imaging.table} << 1 |
+             std::uint64_t{imaging.leads} << 2);
+    hash.add(scenario.c_arm.isocentre.z());  // where the table top is
+    add(anatomy.lumen.vertices);
+    add(anatomy.lumen.triangles);
+    for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
+        add(deposit.points);
+        add(deposit.radii);
+    }
+    hash.add(geometry::state_hash_of(arm));
+    return hash.value();
+}
+
+/// The place of a view, and the key of what is in it.
+struct ViewPlace {
+    std::uint64_t key;
+    anatomy::CachePlace place;
+
+    ViewPlace(std::uint64_t of, const anatomy::ModelCache& cache)
+        : key(of), place(cache, "view-" + io::hash_text(of) + ".bin") {}
+    std::optional<render::StillView> view() const {
+        const auto file = place.exists() ? geometry::MappedFile::of(place.path()) : nullptr;
+        if (!file) return std::nullopt;
+        const std::span<const std::byte> state = anatomy::unsealed(key, file->bytes());
+        if (state.empty()) return std::nullopt;
+        render::StillView view;
+        geometry::restore_state(view, state);
+        return view;
+    }
+};
+
+}  // namespace
+
+std::optional<render::StillView> kept_view(const scenario::Scenario& scenario,
+                                           const anatomy::Anatomy& anatomy, const render::CArm& arm,
+                                           const anatomy::ModelCache& cache) {
+    const auto key = view_key(scenario, anatomy, arm);
+    if (!key || cache.folder.empty()) return std::nullopt;
+    const ViewPlace kept(*key, cache);
+    std::optional<render::StillView> view = kept.view();
+    if (view) kept.place.used();
+    return view;
+}
+
+bool keep_view(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy, const render::CArm& arm,
+               render::Fluoroscope& fluoroscope, const anatomy::ModelCache& cache) {
+    const auto key = view_key(scenario, anatomy, arm);
+    if (!key) return false;
+    const ViewPlace kept(*key, cache);
+    return kept.view() ||
+           kept.place.keep_file(anatomy::sealed(*key, geometry::state_of(fluoroscope.still_view(arm))));
 }
 
 render::Fluoroscope make_masking(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,

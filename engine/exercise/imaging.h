@@ -49,6 +49,15 @@ struct ImagingChain {
 ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&,
                           const anatomy::ModelCache& = {});
 
+/// What images from that arm need of the scenario's patient as long as there is no contrast, where the cache
+/// has it: frames of Fluoroscope({}, view) are those of make_imaging's. Never of patients that move, or from
+/// files.
+std::optional<render::StillView> kept_view(const scenario::Scenario&, const anatomy::Anatomy&,
+                                           const render::CArm&, const anatomy::ModelCache&);
+/// Keeps it, as the fluoroscope of this patient sees it, unless it is there. Whether the cache has it now.
+bool keep_view(const scenario::Scenario&, const anatomy::Anatomy&, const render::CArm&, render::Fluoroscope&,
+               const anatomy::ModelCache&);
+
 /// A fluoroscope for the truth of images alone, without the patient: its device_pixels and
 /// vessel_pixels are those of the scenario's fluoroscope, with the nodes of that contrast. Throws InputError
 /// for a lumen that cannot be closed.

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/geometry/parallel.h"
@@ -52,7 +53,7 @@ struct Weights {
 }  // namespace
 
 SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
-    : spacing_(spacing), bricks_(bricks.size()), nodes_(bricks.size()) {
+    : spacing_(spacing), nodes_(bricks.size()), bricks_(bricks.size()) {
     if (!std::isfinite(spacing) || spacing <= 0) throw std::invalid_argument("a grid's spacing must be > 0");
     table_.assign(std::bit_ceil(2 * bricks.size() + 2), -1);
     const std::size_t mask = table_.size() - 1;
@@ -65,6 +66,7 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
         while (table_[slot] >= 0) slot = (slot + 1) & mask;
         table_[slot] = static_cast<std::int32_t>(b);
     }
+    at_ = {nodes_, bricks_, table_};
     // In a sorted list the bricks above one come after the bricks above its predecessors.
     std::vector<std::uint64_t> keys;
     keys.reserve(bricks.size());
@@ -87,31 +89,87 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
     }
 }
 
-SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks, const std::byte* coefficients,
-                       std::shared_ptr<const void> held)
-    : SplineGrid(spacing, std::move(bricks)) {
-    if (held && reinterpret_cast<std::uintptr_t>(coefficients) % alignment == 0) {
-        std::vector<Nodes>().swap(nodes_);
-        elsewhere_ = reinterpret_cast<const Nodes*>(coefficients);
-        held_ = std::move(held);
-    } else if (!nodes_.empty()) {
-        std::memcpy(nodes_.data(), coefficients, nodes_.size() * sizeof(Nodes));
+/// Counts of what is saved, before it. Nodes come first, for they are read by the line of a cache.
+struct SplineGrid::SavedHead {
+    std::uint64_t bricks = 0, slots = 0;
+    std::uint64_t padding[6] = {};
+
+    /// Of all, head included.
+    std::size_t bytes() const {
+        static_assert(sizeof(SavedHead) == alignment && sizeof(Nodes) % alignment == 0);
+        const std::size_t rest = bricks * sizeof(Place) + slots * sizeof(std::int32_t);
+        return sizeof *this + bricks * sizeof(Nodes) + (rest + alignment - 1) / alignment * alignment;
     }
+};
+
+std::size_t SplineGrid::saved_bytes(std::span<const std::byte> saved) {
+    constexpr std::uint64_t most = std::uint64_t{1} << 31;
+    SavedHead head;
+    if (saved.size() >= sizeof head) std::memcpy(&head, saved.data(), sizeof head);
+    const bool sound = head.slots > head.bricks && head.slots < most && std::has_single_bit(head.slots);
+    return sound ? head.bytes() : std::numeric_limits<std::size_t>::max();
+}
+
+SplineGrid::Parts SplineGrid::parts_of(std::span<const std::byte> saved) {
+    if (saved_bytes(saved) > saved.size()) throw std::invalid_argument("a saved grid is cut short");
+    SavedHead head;
+    std::memcpy(&head, saved.data(), sizeof head);
+    const std::byte* at = saved.data() + sizeof head;
+    const auto list = [&at]<class Item>(std::size_t count, std::span<const Item>& items) {
+        items = {reinterpret_cast<const Item*>(at), count};
+        at += items.size_bytes();
+    };
+    Parts parts;
+    list(head.bricks, parts.nodes);
+    list(head.bricks, parts.bricks);
+    list(head.slots, parts.table);
+    return parts;
+}
+
+SplineGrid::SplineGrid(double spacing, std::span<const std::byte> saved, std::shared_ptr<const void> held)
+    : spacing_(spacing), held_(std::move(held)) {
+    if (!std::isfinite(spacing) || spacing <= 0) throw std::invalid_argument("a grid's spacing must be > 0");
+    at_ = parts_of(saved);
+    if (held_ && reinterpret_cast<std::uintptr_t>(saved.data()) % alignment == 0) return;
+    // Byte by byte: they need not lie where such objects can.
+    const auto copied = [](const auto& from, auto& to) {
+        to.resize(from.size());
+        if (!from.empty()) std::memcpy(to.data(), static_cast<const void*>(from.data()), from.size_bytes());
+    };
+    copied(at_.nodes, nodes_);
+    copied(at_.bricks, bricks_);
+    copied(at_.table, table_);
+    at_ = {nodes_, bricks_, table_};
+    held_.reset();
+}
+
+void SplineGrid::save(std::string& bytes) const {
+    SavedHead head;
+    head.bricks = at_.bricks.size();
+    head.slots = at_.table.size();
+    const std::size_t end = bytes.size() + head.bytes();
+    bytes.append(reinterpret_cast<const char*>(&head), sizeof head);
+    const auto list = [&bytes](const auto& items) {
+        bytes.append(reinterpret_cast<const char*>(items.data()), items.size_bytes());
+    };
+    list(at_.nodes);
+    list(at_.bricks);
+    list(at_.table);
+    bytes.resize(end, '\0');
 }
 
 std::int32_t SplineGrid::find(const Brick& brick) const {
-    const std::size_t mask = table_.size() - 1;
+    const std::size_t mask = at_.table.size() - 1;
     for (std::size_t slot = hash(brick) & mask;; slot = (slot + 1) & mask) {
-        const std::int32_t b = table_[slot];
+        const std::int32_t b = at_.table[slot];
         if (b < 0) return b;
-        const Brick& at = bricks_[b].at;  // compared by hand: == on arrays is a call
+        const Brick& at = at_.bricks[b].at;  // compared by hand: == on arrays is a call
         if (at[0] == brick[0] && at[1] == brick[1] && at[2] == brick[2]) return b;
     }
 }
 
 std::size_t SplineGrid::bytes() const {
-    return bricks_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) +
-           table_.size() * sizeof(table_[0]);
+    return at_.nodes.size_bytes() + at_.bricks.size_bytes() + at_.table.size_bytes();
 }
 
 SplineGrid::Bricks SplineGrid::around(const Brick& brick) const {
@@ -139,8 +197,8 @@ std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node, cons
                 const std::int32_t b = around[9 * ((p >> 2) - brick[0] + 1) + 3 * ((q >> 2) - brick[1] + 1) +
                                               (r >> 2) - brick[2] + 1];
                 if (b < 0) return std::nullopt;
-                sum += weight(0, i) * weight(1, j) * weight(2, k) *
-                       all_nodes()[b].of[local(p & 3, q & 3, r & 3)];
+                sum +=
+                    weight(0, i) * weight(1, j) * weight(2, k) * at_.nodes[b].of[local(p & 3, q & 3, r & 3)];
             }
     return static_cast<float>(sum);
 }
@@ -196,6 +254,7 @@ void SplineGrid::fit(int threads, const SplineGrid* coarse) {
                 }
     });
     nodes_ = std::move(coefficients);
+    at_.nodes = nodes_;
 }
 
 bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
@@ -213,12 +272,12 @@ bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
     }
     const std::int32_t b = find(brick);
     if (b < 0) return false;
-    const auto& upper = bricks_[b].upper;
+    const auto& upper = at_.bricks[b].upper;
     for (int n = 1; n < 8; ++n)
         if (upper[n] < 0) return false;
 
     // Rows of eight nodes along z, of which the cell's four start at first[2].
-    const Nodes* const nodes = all_nodes();
+    const Nodes* const nodes = at_.nodes.data();
     float rows[4][4][8];
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "physics/geometry/vec.h"
@@ -33,18 +34,23 @@ public:
     /// Bricks in any order, each once. Throws std::invalid_argument for a spacing that is not positive or
     /// bricks more than 2²⁰ from the origin.
     SplineGrid(double spacing, std::vector<Brick> bricks);
-    /// A fitted grid whose coefficients lie elsewhere, those of each brick behind the one before. They are
-    /// read there as long as `held` lives, where they begin at an address that `alignment` divides; else, and
-    /// where `held` is null, they are copied.
-    SplineGrid(double spacing, std::vector<Brick> bricks, const std::byte* coefficients,
-               std::shared_ptr<const void> held);
+    /// A grid whose bytes of save() lie elsewhere. They stay there as long as `held` lives, where they begin
+    /// at an address that `alignment` divides; else, and where `held` is null, they are copied. Throws
+    /// std::invalid_argument for a spacing that is not positive, and bytes that are too few.
+    SplineGrid(double spacing, std::span<const std::byte> saved, std::shared_ptr<const void> held);
     static constexpr std::size_t alignment = 64;  // [bytes]
+    SplineGrid(SplineGrid&&) noexcept = default;
+    SplineGrid& operator=(SplineGrid&&) noexcept = default;
+    /// Appends the fitted grid, as many bytes as `alignment` divides.
+    void save(std::string&) const;
+    /// Of a grid that save() has written there; more than there are where they are too few.
+    static std::size_t saved_bytes(std::span<const std::byte>);
 
-    std::size_t bricks() const { return bricks_.size(); }
-    const Brick& brick(std::size_t b) const { return bricks_[b].at; }
+    std::size_t bricks() const { return at_.bricks.size(); }
+    const Brick& brick(std::size_t b) const { return at_.bricks[b].at; }
     double spacing() const { return spacing_; }
     std::span<float> nodes(std::size_t b) { return nodes_[b].of; }  // of a grid that has its own
-    std::span<const float> nodes(std::size_t b) const { return all_nodes()[b].of; }
+    std::span<const float> nodes(std::size_t b) const { return at_.nodes[b].of; }
     Vec3 place(std::size_t b, int i, int j, int k) const {
         return spacing_ *
                Vec3(brick_side * brick(b)[0] + i, brick_side * brick(b)[1] + j, brick_side * brick(b)[2] + k);
@@ -78,13 +84,22 @@ private:
     /// surroundings are the Bricks; nothing where one that it needs is missing.
     std::optional<float> subdivided(const std::array<int, 3>& node, const Brick&, const Bricks&) const;
 
+    struct SavedHead;
+    /// What is kept of a grid, here or elsewhere.
+    struct Parts {
+        std::span<const Nodes> nodes;  // values, then coefficients
+        std::span<const Place> bricks;
+        std::span<const std::int32_t> table;  // open-addressed hash table of bricks, -1 = free
+    };
+    /// Throws std::invalid_argument for bytes that are too few.
+    static Parts parts_of(std::span<const std::byte> saved);
+
     double spacing_;
+    Parts at_;
+    std::vector<Nodes> nodes_;
     std::vector<Place> bricks_;
-    const Nodes* all_nodes() const { return elsewhere_ ? elsewhere_ : nodes_.data(); }
-    std::vector<Nodes> nodes_;          // values, then coefficients
-    const Nodes* elsewhere_ = nullptr;  // in place of those
+    std::vector<std::int32_t> table_;
     std::shared_ptr<const void> held_;
-    std::vector<std::int32_t> table_;  // open-addressed hash table of bricks, -1 = free
 };
 
 }  // namespace geometry

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "physics/geometry/bspline_grid.h"
+#include "physics/geometry/checksum.h"
 #include "physics/geometry/lumen_surface.h"
 #include "physics/wall/field_sampler.h"
 #include "physics/wall/past_end.h"
@@ -25,20 +26,15 @@ constexpr double least_slope = 0.9;
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t file_version = 7;
-constexpr char file_magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+constexpr std::uint32_t file_version = 8;
 
-/// FNV-1a over 8-byte words, the last filled with zeros.
-std::uint64_t mixed(const void* bytes, std::size_t count, std::uint64_t hash = 0xcbf29ce484222325u) {
-    const char* at = static_cast<const char*>(bytes);
-    for (std::size_t i = 0; i < count; i += 8) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, at + i, std::min<std::size_t>(8, count - i));
-        hash = (hash ^ word) * 0x100000001b3u;
-        hash ^= hash >> 32;
-    }
-    return hash;
-}
+/// Of the file, before the body, which begins where a grid may.
+struct FileHead {
+    char magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+    std::uint64_t version = file_version, bytes = 0, checksum = 0;  // the last two of the body
+    std::uint64_t padding[4] = {};
+};
+static_assert(sizeof(FileHead) == SplineGrid::alignment);
 
 /// A wall is known before it is touched, and to few different depths. Wires of 2.2 mm come to rest with as
 /// much of the usual depth to spare.
@@ -61,6 +57,12 @@ double wide_from(double wanted, double spacing) {
 /// needs nodes that are nearest to the other wall [mm].
 auto nearness(double outer, double spacing, double wide) {
     return [=](double radius) { return outer + 2 * spacing * (1 << level_of(radius, wide)); };
+}
+
+/// The next place where a grid may begin.
+std::size_t aligned(std::size_t at) {
+    constexpr std::size_t even = SplineGrid::alignment;
+    return (at + even - 1) / even * even;
 }
 
 void check(double wire_radius, double inner) {
@@ -86,7 +88,7 @@ FieldEstimate DistanceField::estimate(std::span<const CentrelineBranch> branches
 
 struct DistanceField::Data {
     CentrelineTree tree;
-    VesselSheets sheets;
+    SheetMap sheets;
     std::vector<SheetField> fields;  // per sheet
     double spacing, inner, outer;
     double wide;  // radius of vessels known at twice the spacing [mm]
@@ -121,7 +123,7 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     VesselSheets sheets = vessel_sheets(tree, nearness(options.outer, h, wide));
     const LumenSurface surface = lumen_surface(lumen, tree);
     std::vector<SheetField> fields = sampled_fields(surface, tree, sheets, band, progress);
-    data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
+    data_.reset(new Data{std::move(tree), std::move(sheets.map), std::move(fields), h, options.inner,
                          options.outer, wide, std::move(stiffness), wire_radius, print});
 }
 
@@ -244,10 +246,9 @@ void DistanceField::rigid_contacts(std::span<const Vec3> joints, std::span<WallC
 std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
                                          std::span<const CentrelineBranch> branches,
                                          std::span<const OpenEnd> ends, const DistanceFieldOptions& options) {
-    std::uint64_t hash = mixed(&file_version, sizeof file_version);
+    std::uint64_t hash = file_version;
     auto mix = [&](const auto* values, std::size_t count) {
-        hash = mixed(&count, sizeof count, hash);
-        hash = mixed(values, count * sizeof *values, hash);
+        hash = checksum(std::as_bytes(std::span(values, count)), hash);
     };
     const double band[3] = {options.spacing, options.inner, options.outer};
     mix(band, 3);
@@ -266,19 +267,6 @@ std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
     return hash;
 }
 
-namespace {
-
-/// Of the file, before the body.
-constexpr std::size_t head_bytes = sizeof file_magic + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t);
-
-/// Bytes in front of a grid's coefficients, so that they begin at an even address of the file.
-std::size_t padding(std::size_t at) {
-    constexpr std::size_t even = SplineGrid::alignment;
-    return (even - (head_bytes + at) % even) % even;
-}
-
-}  // namespace
-
 void DistanceField::save(std::ostream& out) const {
     std::string body;
     auto write = [&](const auto* values, std::size_t count) {
@@ -287,76 +275,80 @@ void DistanceField::save(std::ostream& out) const {
     const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->wide};
     write(&data_->fingerprint, 1);
     write(band, 4);
-    const std::uint64_t sheets = data_->fields.size();
-    write(&sheets, 1);
+    const std::uint64_t counts[2] = {data_->fields.size(), data_->sheets.sheet_of.size()};
+    write(counts, 2);
+    write(data_->sheets.sheet_of.data(), data_->sheets.sheet_of.size());
+    for (const std::vector<int>& entries : data_->sheets.entries) {
+        const int count = static_cast<int>(entries.size());
+        write(&count, 1);
+        write(entries.data(), entries.size());
+    }
+    body.resize(aligned(body.size()), '\0');
     for (const SheetField& field : data_->fields)
-        for (const SplineGrid& grid : field.grids) {
-            const std::uint64_t bricks = grid.bricks();
-            write(&bricks, 1);
-            for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
-            body.append(padding(body.size()), '\0');
-            for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::node_count);
-        }
-    const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
-    out.write(file_magic, sizeof file_magic);
-    out.write(reinterpret_cast<const char*>(&file_version), sizeof file_version);
-    out.write(reinterpret_cast<const char*>(head), sizeof head);
+        for (const SplineGrid& grid : field.grids) grid.save(body);
+    FileHead head;
+    head.bytes = body.size();
+    head.checksum = checksum(std::as_bytes(std::span(body)));
+    out.write(reinterpret_cast<const char*>(&head), sizeof head);
     out.write(body.data(), static_cast<std::streamsize>(body.size()));
 }
 
 DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_ptr<const void> held,
                                   std::uint64_t fingerprint, std::span<const CentrelineBranch> branches,
                                   std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius) {
-    std::uint32_t version = 0;
-    std::uint64_t head[2] = {};
-    if (bytes.size() < head_bytes || std::memcmp(bytes.data(), file_magic, sizeof file_magic) != 0)
-        throw std::runtime_error("this is not a saved distance field");
-    std::memcpy(&version, bytes.data() + sizeof file_magic, sizeof version);
-    std::memcpy(head, bytes.data() + sizeof file_magic + sizeof version, sizeof head);
-    if (version != file_version) throw std::runtime_error("the distance field was saved by another version");
-    const std::span<const std::byte> body = bytes.subspan(head_bytes);
-    if (body.size() < head[0]) throw std::runtime_error("the saved distance field is cut short");
-    const auto size = static_cast<std::size_t>(head[0]);
-    if (mixed(body.data(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
+    const auto require = [](bool holds, const char* otherwise) {
+        if (!holds) throw std::runtime_error(otherwise);
+    };
+    FileHead head;
+    require(bytes.size() >= sizeof head && std::memcmp(bytes.data(), head.magic, sizeof head.magic) == 0,
+            "this is not a saved distance field");
+    std::memcpy(&head, bytes.data(), sizeof head);
+    require(head.version == file_version, "the distance field was saved by another version");
+    require(std::ranges::all_of(head.padding, [](std::uint64_t word) { return word == 0; }),
+            "this is not a saved distance field");
+    require(head.bytes <= bytes.size() - sizeof head, "the saved distance field is cut short");
+    const std::span<const std::byte> body = bytes.subspan(sizeof head, static_cast<std::size_t>(head.bytes));
+    const char* const damaged = "the saved distance field is damaged";
+    require(checksum(body) == head.checksum, damaged);
 
     std::size_t at = 0;
-    const auto skip = [&](std::size_t count) {
-        if (count > size - at) throw std::runtime_error("the saved distance field is damaged");
-        at += count;
-    };
     auto read = [&](auto* values, std::size_t count) {
-        const std::byte* const from = body.data() + at;
-        if (count > (size - at) / sizeof *values)
-            throw std::runtime_error("the saved distance field is damaged");
-        skip(count * sizeof *values);
-        if (count > 0) std::memcpy(values, from, count * sizeof *values);
+        require(count <= (body.size() - at) / sizeof *values, damaged);
+        if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
+        at += count * sizeof *values;
     };
-    std::uint64_t print = 0, count = 0;
+    std::uint64_t print = 0, counts[2];
     double band[4];
     read(&print, 1);
-    if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
+    require(print == fingerprint, "the saved distance field is of another lumen");
     read(band, 4);
-    read(&count, 1);
+    read(counts, 2);
     check(wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
-    VesselSheets sheets = vessel_sheets(tree, nearness(band[2], band[0], band[3]));
-    if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
-    auto read_grid = [&](double spacing) {
-        std::uint64_t bricks = 0;
-        read(&bricks, 1);
-        if (bricks > size) throw std::runtime_error("the saved distance field is damaged");
-        std::vector<SplineGrid::Brick> list(bricks);
-        read(list.data(), list.size());
-        skip(padding(at));
-        const std::byte* const coefficients = body.data() + at;
-        skip(list.size() * SplineGrid::node_count * sizeof(float));
-        return SplineGrid(spacing, std::move(list), coefficients, held);
-    };
+    require(counts[1] == tree.stations().size(), damaged);
+    SheetMap sheets;
+    sheets.sheet_of.resize(tree.stations().size());
+    sheets.entries.resize(tree.stations().size());
+    read(sheets.sheet_of.data(), sheets.sheet_of.size());
+    for (std::vector<int>& entries : sheets.entries) {
+        int count = 0;
+        read(&count, 1);
+        require(count >= 0 && static_cast<std::size_t>(count) < body.size(), damaged);
+        entries.resize(static_cast<std::size_t>(count));
+        read(entries.data(), entries.size());
+    }
+    at = aligned(at);
     std::vector<SheetField> fields;
-    for (std::uint64_t g = 0; g < count; ++g) {
+    for (std::uint64_t sheet = 0; sheet < counts[0]; ++sheet) {
         fields.emplace_back();
-        for (int level = 0; level < SheetField::level_count; ++level)
-            fields.back().grids.push_back(read_grid(band[0] * (1 << level)));
+        for (int level = 0; level < SheetField::level_count; ++level) {
+            require(at < body.size(), damaged);
+            const std::span<const std::byte> rest = body.subspan(at);
+            const std::size_t size = SplineGrid::saved_bytes(rest);
+            require(size <= rest.size(), damaged);
+            fields.back().grids.emplace_back(band[0] * (1 << level), rest.first(size), held);
+            at += size;
+        }
     }
     return DistanceField(
         std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],

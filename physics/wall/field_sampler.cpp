@@ -67,7 +67,7 @@ public:
 
     /// Looks from the station of a sheet that holds x deepest.
     void look_from(int sheet, const Vec3& x) {
-        const bool same = station_ >= 0 && sheets_.sheet_of[station_] == sheet;
+        const bool same = station_ >= 0 && sheets_.map.sheet_of[station_] == sheet;
         const int best = runs_[sheet].deepest(x, same ? station_ : -1);
         if (best == station_) return;
         if (station_ >= 0)

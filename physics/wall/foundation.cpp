@@ -3,8 +3,11 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <mutex>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -50,21 +53,27 @@ struct Foundation::Data {
     CentrelineTree tree;
     std::vector<Tissue> tissues;     // of branches
     std::vector<Beam> beams;         // of branches
+    std::vector<int> parents;        // of branches
     std::vector<int> first_station;  // of branches, and the number of stations
     std::vector<Vec3> directions;    // at stations
-    std::vector<double> gives;       // at stations [mm/N]
+    /// At stations, 0 where nobody has asked yet [mm/N].
+    mutable std::vector<std::atomic<double>> gives;
     int size = 0;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+    mutable std::once_flag once;
+    mutable Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> known_solver;  // by solver()
 
     Data(std::span<const CentrelineBranch> branches, std::span<const Tissue> given,
          std::span<const OpenEnd> ends)
         : tree(branches, {ends.begin(), ends.end()}), tissues(given.begin(), given.end()) {
         if (tissues.size() == 1) tissues.resize(branches.size(), given[0]);
+        for (const CentrelineBranch& branch : branches) parents.push_back(branch.parent);
+        gives = std::vector<std::atomic<double>>(tree.stations().size());
     }
     void look_at_stations();
     void lay(std::span<const CentrelineBranch>);
-    void assemble(std::span<const CentrelineBranch>);
-    void find_gives();
+    Eigen::SparseMatrix<double> assembled() const;
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>& solver() const;
+    double give(int station) const;
     using Entries = std::vector<Eigen::Triplet<double>>;
     static void tie(const Place&, const Place&, double stiffness, Entries&);
     void tie_where_one(int branch, int other, Entries&) const;
@@ -191,19 +200,20 @@ void Foundation::Data::tie_where_one(int branch, int other, Entries& entries) co
     }
 }
 
-void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
+Eigen::SparseMatrix<double> Foundation::Data::assembled() const {
     Entries entries;
-    int first = 0;
-    for (std::size_t b = 0; b < branches.size(); ++b) {
-        const CentrelineBranch& branch = branches[b];
+    const int count = static_cast<int>(beams.size());
+    for (int b = 0; b < count; ++b) {
+        const int first = first_station[b];
+        const auto stations = tree.stations().subspan(first, first_station[b + 1] - first);
         const Beam& beam = beams[b];
         const double h = beam.length, k = tissues[b].modulus;
         int sample = 0;
         for (int e = 0; e < beam.elements; ++e) {
             const double middle = beam.start + (e + 0.5) * h;
-            while (sample + 1 < static_cast<int>(branch.points.size()) && arc_at(first + sample) < middle)
+            while (sample + 1 < static_cast<int>(stations.size()) && arc_at(first + sample) < middle)
                 ++sample;
-            const double bending = std::numbers::pi * std::pow(branch.radii[sample], 4) * tissues[b].wall;
+            const double bending = std::numbers::pi * std::pow(stations[sample].radius, 4) * tissues[b].wall;
             // ∫ k N Nᵀ and ∫ B N″ N″ᵀ over the element.
             const double m = k * h / 420, c = bending / (h * h * h);
             const double mass[4][4] = {{156 * m, 22 * h * m, 54 * m, -13 * h * m},
@@ -219,46 +229,49 @@ void Foundation::Data::assemble(std::span<const CentrelineBranch> branches) {
                     entries.emplace_back(beam.first + 2 * e + i, beam.first + 2 * e + j,
                                          mass[i][j] + bend[i][j]);
         }
-        if (branch.parent >= 0) {
+        if (parents[b] >= 0) {
             constexpr double stiffer = 1e4;
-            const double reach = std::max(h, spread(tissues[b], branch.radii[0]));
-            tie(place(static_cast<int>(b), arc_at(first)), place(branch.parent, arc_at(first)),
-                stiffer * k * reach, entries);
+            const double reach = std::max(h, spread(tissues[b], stations[0].radius));
+            tie(place(b, arc_at(first)), place(parents[b], arc_at(first)), stiffer * k * reach, entries);
         }
-        first += static_cast<int>(branch.points.size());
     }
-    for (int b = 0; b < static_cast<int>(branches.size()); ++b) {
-        const int parent = branches[b].parent;
+    for (int b = 0; b < count; ++b) {
+        const int parent = parents[b];
         if (parent < 0) continue;
         tie_where_one(b, parent, entries);
         for (int sibling = 0; sibling < b; ++sibling)
-            if (branches[sibling].parent == parent) tie_where_one(b, sibling, entries);
+            if (parents[sibling] == parent) tie_where_one(b, sibling, entries);
     }
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());
-    solver.compute(matrix);
-    if (solver.info() != Eigen::Success)
-        throw std::invalid_argument(
-            "expected vessels whose tissue holds them, found a foundation that "
-            "cannot be solved");
+    return matrix;
 }
 
-/// What a force at each station moves the vessel there by, with all that is joined to it.
-void Foundation::Data::find_gives() {
-    const auto stations = tree.stations();
+/// Made when vessels first move: where they stay, nobody needs it.
+const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>& Foundation::Data::solver() const {
+    std::call_once(once, [&] {
+        known_solver.compute(assembled());
+        if (known_solver.info() != Eigen::Success)
+            throw std::invalid_argument(
+                "expected vessels whose tissue holds them, found a foundation that "
+                "cannot be solved");
+    });
+    return known_solver;
+}
+
+/// What a force at a station moves the vessel there by, with all that is joined to it.
+double Foundation::Data::give(int station) const {
+    if (tissues[tree.stations()[station].branch].wall == 0) return std::numeric_limits<double>::infinity();
+    std::atomic<double>& known = gives[static_cast<std::size_t>(station)];
+    double give = known.load(std::memory_order_relaxed);
+    if (give != 0) return give;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
-    for (int s = 0; s < static_cast<int>(stations.size()); ++s) {
-        if (tissues[stations[s].branch].wall == 0) {
-            gives.push_back(std::numeric_limits<double>::infinity());
-            continue;
-        }
-        const Place p = place(s, stations[s].centre);
-        for (int k = 0; k < 4; ++k) right[p.of[k]] = p.weight[k];
-        const Eigen::VectorXd moved = solver.solve(right);
-        double give = 0;
-        for (int k = 0; k < 4; ++k) give += p.weight[k] * moved[p.of[k]], right[p.of[k]] = 0;
-        gives.push_back(give);
-    }
+    const Place p = place(station, tree.stations()[station].centre);
+    for (int k = 0; k < 4; ++k) right[p.of[k]] = p.weight[k];
+    const Eigen::VectorXd moved = solver().solve(right);
+    for (int k = 0; k < 4; ++k) give += p.weight[k] * moved[p.of[k]];
+    known.store(give, std::memory_order_relaxed);
+    return give;
 }
 
 Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<const Tissue> tissues,
@@ -274,8 +287,6 @@ Foundation::Foundation(std::span<const CentrelineBranch> branches, std::span<con
     auto data = std::make_unique<Data>(branches, tissues, ends);
     data->look_at_stations();
     data->lay(branches);
-    data->assemble(branches);
-    data->find_gives();
     data_ = std::move(data);
 }
 
@@ -288,7 +299,7 @@ Foundation::Displacement Foundation::displacement(std::span<const Load> loads) c
         for (int k = 0; k < 4; ++k) right.row(p.of[k]) += p.weight[k] * load.force.transpose();
     }
     if (right.isZero(0)) return right;
-    return data_->solver.solve(right);
+    return data_->solver().solve(right);
 }
 
 Vec3 Foundation::at(const Displacement& of, int station, const Vec3& x) const {
@@ -304,7 +315,7 @@ Vec3 Foundation::along(int station) const {
 }
 
 double Foundation::give(int station) const {
-    return data_->gives[static_cast<std::size_t>(data_->modelled(station))];
+    return data_->give(data_->modelled(station));
 }
 
 double Foundation::give_of_many(int station, double length) const {

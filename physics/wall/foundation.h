@@ -26,7 +26,7 @@ struct Tissue {
 /// same in every direction across and along the vessel. A branch starts where its parent carries it, free to
 /// turn there, and is one with it, or with another of its branches, as far as their lumens overlap: a wall
 /// that both share holds them together. Past an open end a vessel goes on as PastEnd says. The system is
-/// factorised once; an answer takes a time in proportion to the length of the vessels.
+/// factorised when it is first asked; an answer takes a time in proportion to the length of the vessels.
 class Foundation {
 public:
     /// A force on the vessel at a place near its station.

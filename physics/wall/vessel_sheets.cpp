@@ -84,7 +84,7 @@ int deepest_on_branch(std::span<const Station> stations, const Vec3& x, int from
 
 }  // namespace
 
-int VesselSheets::gone_over(const CentrelineTree& tree, const Vec3& x, int own) const {
+int SheetMap::gone_over(const CentrelineTree& tree, const Vec3& x, int own) const {
     const auto stations = tree.stations();
     if (stations[own].power(x) <= 0) return own;
     int best = own;
@@ -105,9 +105,9 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
     const std::vector<double> widest = widest_beyond(tree);
     VesselSheets sheets;
     std::vector<double> distance(count, std::numeric_limits<double>::max());
-    sheets.entries.resize(count);
+    sheets.map.entries.resize(count);
     for (int s = 0; s < count; ++s)
-        sheets.seen.push_back(seen_from(tree, s, widest, distance, sheets.entries[s]));
+        sheets.seen.push_back(seen_from(tree, s, widest, distance, sheets.map.entries[s]));
     auto sees = [&](int a, int b) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };
@@ -139,7 +139,7 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
         if (!fresh) fresh = comes_near(sheets.stations.back().front(), s);
         if (fresh) sheets.stations.emplace_back();
         sheets.stations.back().push_back(s);
-        sheets.sheet_of.push_back(static_cast<int>(sheets.stations.size()) - 1);
+        sheets.map.sheet_of.push_back(static_cast<int>(sheets.stations.size()) - 1);
     }
 
     sheets.ends.resize(count);

@@ -22,13 +22,6 @@ inline float sum(const PixelBins& bins) {
     return result;
 }
 
-/// Path lengths through all layers that change μ in the same way.
-struct Mixture {
-    Material material, inside;
-    Field length;       // [mm]
-    Field before = {};  // of it what is nearer to the source than the isocentre; empty: half [mm]
-};
-
 /// Images that depend on size, distances and collimator, but not on the angles of the arm.
 struct PlaneImages {
     CArm arm;

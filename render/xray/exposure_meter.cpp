@@ -66,18 +66,31 @@ ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const Ti
     layers_.push_back(std::make_shared<MeteredLayers>(layers));
 }
 
+ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, const CArm& arm, std::vector<Mixture> lengths)
+    : config_(config), pose_(posed(arm, std::move(lengths))) {}
+
+const std::vector<Mixture>& ExposureMeter::lengths_at(const CArm& arm) {
+    move_to(arm);
+    return pose_->mixtures;
+}
+
 void ExposureMeter::move_to(const CArm& arm) {
     if (pose_ && pose_->arm == arm) return;
-    Pose& pose = pose_.emplace();
+    pose_ = posed(arm, lengths(around_the_opening(arm, places), {}, {}));
+}
+
+ExposureMeter::Pose ExposureMeter::posed(const CArm& arm, std::vector<Mixture> lengths) const {
+    Pose pose;
     pose.arm = arm;
     pose.coarse = around_the_opening(arm, places);
-    pose.mixtures = lengths(pose.coarse, {}, {});
+    pose.mixtures = std::move(lengths);
     pose.thickness = scattering_thickness(pose.mixtures, places);
     pose.open = shutters(config_.display, pose.coarse);
     pose.copper = filter_thickness(pose.coarse);
     pose.measured = measuring_disc(pose.coarse, config_.measuring_radius * arm.detector_width);
     for (std::size_t i = 0; i < pose.measured.values.size(); ++i)
         pose.measured.values[i] *= pose.open.values[i];
+    return pose;
 }
 
 const ExposureMeter::Beam& ExposureMeter::beam(double kvp) {

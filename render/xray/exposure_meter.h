@@ -70,6 +70,11 @@ public:
     ExposureMeter(const FluoroscopeConfig&, std::span<const TissueLayer>,
                   std::vector<VolumeRayCaster> volumes = {}, std::shared_ptr<const MeteredLayers> known = {});
 
+    /// From that arm alone, where another one's lengths_at() were these.
+    ExposureMeter(const FluoroscopeConfig&, const CArm&, std::vector<Mixture> lengths);
+    /// What it knows of the patient from that arm.
+    const std::vector<Mixture>& lengths_at(const CArm&);
+
     /// The output of the tube and the dose to the patient for the pulse. Depends on pose, dose and voltage
     /// alone: wire and contrast do not change the exposure. Throws like require_usable.
     Technique technique(const CArm&, const Exposure&);
@@ -109,6 +114,7 @@ private:
     };
     const Beam& beam(double kvp);
     void move_to(const CArm&);
+    Pose posed(const CArm&, std::vector<Mixture>) const;
 
     FluoroscopeConfig config_;
     std::vector<std::shared_ptr<const MeteredLayers>> layers_;

@@ -244,6 +244,7 @@ struct Fluoroscope::State {
     std::map<std::pair<double, double>, BeamImages> beams;
     std::map<std::tuple<double, double, double>, BareImage> bare;
     OrganPhases phases;  // of the pose
+    bool still = false;  // it knows the pose alone
     ImageTruth truth;
     Field iodine;                              // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
@@ -256,9 +257,25 @@ struct Fluoroscope::State {
           phases(around) {
         volumes = std::move(through);
     }
+    State(const FluoroscopeConfig& chosen, StillView view)
+        : config(chosen),
+          meter(chosen, view.arm, std::move(view.metered)),
+          patient(std::make_shared<Patient>()),
+          plane(plane_images(chosen, view.arm)),
+          pose(PoseImages()),
+          phases({}),
+          still(true) {
+        pose->arm = view.arm;
+        pose->mixtures = std::move(view.seen);
+    }
     State(const State& like)
-        : config(like.config), meter(like.meter), patient(like.patient), phases(like.phases) {
+        : config(like.config),
+          meter(like.meter),
+          patient(like.patient),
+          phases(like.phases),
+          still(like.still) {
         phases.clear();
+        if (still) plane = like.plane, pose = like.pose;
     }
     State& operator=(const State&) = delete;
 
@@ -293,6 +310,8 @@ MovedVessels Fluoroscope::State::move_vessels(std::span<const Eigen::Vector3f> o
 }
 
 void Fluoroscope::State::move_to(const CArm& arm, const Exposure& exposure) {
+    if (still && !(pose->arm == arm))
+        throw std::invalid_argument("expected the arm of the still view, found another");
     const int factor = exposure.stand_moves && vessels ? coarser_by(arm.pixels) : 1;
     const MoverFractions moment = {exposure.breath, exposure.beat, exposure.drift};
     const bool same_beam = pose && pose->arm == arm;
@@ -540,6 +559,8 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     state_->layers = std::move(layers);
 }
 
+Fluoroscope::Fluoroscope(FluoroscopeConfig config, StillView view)
+    : state_(std::make_unique<State>(config, std::move(view))) {}
 Fluoroscope::Fluoroscope(const Fluoroscope& like) : state_(std::make_unique<State>(*like.state_)) {}
 Fluoroscope::~Fluoroscope() = default;
 Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;
@@ -682,6 +703,12 @@ Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposu
         open.values[i] *= passes;
     }
     return estimated_scatter(signal, state_->plane->open, open, at.kvp, pixel_width(arm), arm.sid - arm.sod);
+}
+
+StillView Fluoroscope::still_view(const CArm& arm) {
+    require_usable(arm, {});
+    state_->move_to(arm, {});
+    return {arm, state_->pose->mixtures, state_->meter.lengths_at(arm)};
 }
 
 Field Fluoroscope::opening(const CArm& arm) const {

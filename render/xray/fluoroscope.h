@@ -44,6 +44,24 @@ struct TissueLayer {
     bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
 
+/// Path lengths through all layers that change μ in the same way.
+struct Mixture {
+    Material material, inside;
+    Field length;       // [mm]
+    Field before = {};  // of it what is nearer to the source than the isocentre; empty: half [mm]
+
+    void state(geometry::StateStream& s) { s(material, inside, length, before); }
+};
+
+/// All that frames from one arm need of a patient at rest, without contrast.
+struct StillView {
+    CArm arm;
+    std::vector<Mixture> seen;     // on each pixel
+    std::vector<Mixture> metered;  // by the rays of automatic exposure
+
+    void state(geometry::StateStream& s) { s(arm, seen, metered); }
+};
+
 /// What displaces the vertices of layers.
 enum Mover { Breath, Beat, Drift };
 inline constexpr int movers = 3;
@@ -133,6 +151,10 @@ public:
     Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {},
                 std::optional<DistalVessels> distal = {}, std::vector<DensityVolume> volumes = {},
                 std::shared_ptr<const MeteredLayers> known = {});
+    /// Of what still_view() of another one has given, without OpenGL: from that arm its frames of a patient
+    /// at rest without contrast are the other one's, to the bit. From any other it throws
+    /// std::invalid_argument.
+    Fluoroscope(FluoroscopeConfig, StillView);
     ~Fluoroscope();
     /// Of the same patient, with images of its own.
     Fluoroscope(const Fluoroscope&);
@@ -165,6 +187,8 @@ public:
     /// heartbeat go on; false when all of it is there, or the last pose was another. To be called while there
     /// is time: frames are the same with and without.
     bool draw_ahead(const CArm&, const Exposure&);
+
+    StillView still_view(const CArm&);
 
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;

@@ -170,7 +170,12 @@ struct PathLengthRenderer::Gl : GlContext {
     }
 };
 
-PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
+PathLengthRenderer::Gl& PathLengthRenderer::gl() {
+    if (!gl_) gl_ = std::make_unique<Gl>();
+    return *gl_;
+}
+
+PathLengthRenderer::PathLengthRenderer() = default;
 PathLengthRenderer::~PathLengthRenderer() = default;
 
 int PathLengthRenderer::add(const TriangleMesh& mesh) {
@@ -184,7 +189,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
             throw std::invalid_argument(std::to_string(mesh.vertices.size()) + " vertices have " +
                                         std::to_string(moves.size()) + " displacements");
     }
-    Gl& gl = *gl_;
+    Gl& gl = this->gl();
     const std::lock_guard lock(gl.mutex);
     const auto use = gl.context.use();
     std::vector<float> positions;
@@ -251,7 +256,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
 }
 
 void PathLengthRenderer::move(int mesh, const TriangleMesh& moved) {
-    Gl& gl = *gl_;
+    Gl& gl = this->gl();
     const std::lock_guard lock(gl.mutex);
     const auto use = gl.context.use();
     Gl::Mesh& known = gl.meshes.at(static_cast<std::size_t>(mesh));
@@ -313,7 +318,7 @@ PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm,
 
 int PathLengthRenderer::accumulate(std::span<const int> meshes, const CArm& arm, Field& sum, Phase phase,
                                    Field* before) {
-    Gl& gl = *gl_;
+    Gl& gl = this->gl();
     const std::lock_guard lock(gl.mutex);
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);

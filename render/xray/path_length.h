@@ -37,12 +37,12 @@ private:
 /// other.
 class PathLengthRenderer {
 public:
-    PathLengthRenderer();  // throws std::runtime_error when GL fails
+    PathLengthRenderer();
     ~PathLengthRenderer();
     PathLengthRenderer(const PathLengthRenderer&) = delete;
     PathLengthRenderer& operator=(const PathLengthRenderer&) = delete;
 
-    /// Adds a mesh; the returned number identifies it in `render`.
+    /// Adds a mesh; the returned number identifies it in `render`. Throws std::runtime_error when GL fails.
     int add(const geometry::TriangleMesh&);
     /// Its vertices may be displaced: by `breath`, `beat` and `drift`, each one for every vertex or none
     /// [mm].
@@ -73,7 +73,8 @@ public:
 
 private:
     struct Gl;
-    std::unique_ptr<Gl> gl_;
+    Gl& gl();
+    std::unique_ptr<Gl> gl_;  // made for the first mesh
 };
 
 /// A mesh that encloses some places twice, or is inside out: path lengths there would be counted wrongly.

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <map>
+#include <thread>
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/episode/episode.h"
@@ -56,6 +59,47 @@ TEST_F(Bake, WhatItGrowsIsWhatSimulationsTake) {
         succeeded(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
     EXPECT_EQ(again.error.find("body"), std::string::npos) << again.error;
     EXPECT_EQ(items(), kept);
+}
+
+TEST_F(Bake, TwoProcessesAtOnceKeepWhatOneDoes) {
+    const auto bake = [&](const std::string& cache) {
+        const test::Outcome baked = succeeded(folder, {"bake", "coronary_right", "--seeds", "0:2",
+                                                       "--without-bodies", "--cache", folder / cache});
+        test::expect_said(baked.out, "2 of 2");
+    };
+    bake("one");
+    std::thread other([&] { bake("both"); });
+    bake("both");
+    other.join();
+    const auto kept = [&](const std::string& cache) {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : std::filesystem::directory_iterator(folder / cache))
+            files[entry.path().filename()] = test::read(entry.path());
+        return files;
+    };
+    EXPECT_EQ(kept("one").size(), 4u);  // vessels and field of each, no locks
+    EXPECT_EQ(kept("both"), kept("one"));
+}
+
+TEST_F(Bake, AnExercisesImagesNeedNoMoreThanWasKept) {
+    const std::string cache = folder / "cache";
+    succeeded(folder, {"bake", "renal", "--seeds", "5:6", "--image", "64", "--cache", cache});
+    const std::array<int, 3> before = made();
+    episode::Episode whole(renal(5), exercise::Pictures::None, {cache, {}});
+    const render::GrayImage expected = [&] {
+        const anatomy::ModelCache other{folder / "other", {}};
+        std::filesystem::create_directory(other.folder);
+        for (const anatomy::CacheItem& item : anatomy::cache_items(cache))
+            if (!item.path.filename().string().starts_with("view-"))
+                std::filesystem::copy(item.path, other.folder / item.path.filename());
+        return episode::Episode(renal(5), exercise::Pictures::None, other)
+            .image(64, episode::ImageMode::Live);
+    }();
+    EXPECT_EQ(made(), before);
+    for (const anatomy::CacheItem& item : anatomy::cache_items(cache))
+        if (item.path.filename().string().starts_with("body-")) std::filesystem::remove(item.path);
+    EXPECT_EQ(whole.image(64, episode::ImageMode::Live), expected);
+    EXPECT_EQ(made(), before);
 }
 
 TEST_F(Bake, WithoutBodiesLeavesThemOut) {

@@ -12,7 +12,9 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
+#include "physics/geometry/mapped_file.h"
 #include "physics/geometry/random.h"
+#include "physics/geometry/state.h"
 
 namespace anatomy {
 namespace {
@@ -39,11 +41,9 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     return spec;
 }
 
-/// Covers every number of the tree and its targets, so that another shape of the same name differs.
-std::string fingerprint(const VesselTreeSpec& spec) {
-    const VesselTree tree = grow(spec);
-    std::uint64_t hash = geometry::fnv1a("");
-    const auto add = [&hash](double number) { hash = geometry::fnv1a(io::number_text(number) + " ", hash); };
+/// Adds every number of the tree and its targets, so that another shape of the same name differs.
+template <class Add>
+void add_shape(const VesselTreeSpec& spec, const VesselTree& tree, const Add& add) {
     for (const SampledBranch& branch : tree.branches) {
         for (const char c : branch.name) add(c);
         add(branch.parent), add(branch.parent_sample), add(branch.closed);
@@ -67,6 +67,12 @@ std::string fingerprint(const VesselTreeSpec& spec) {
         for (const char c : target.name + target.branch) add(c);
         add(target.at);
     }
+}
+
+std::string fingerprint(const VesselTreeSpec& spec) {
+    std::uint64_t hash = geometry::fnv1a("");
+    add_shape(spec, grow(spec),
+              [&hash](double number) { hash = geometry::fnv1a(io::number_text(number) + " ", hash); });
     return io::hash_text(hash);
 }
 
@@ -119,38 +125,66 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     }
 }
 
-/// Kept without targets, so that another target needs no other vessels.
-VesselTreeSpec without_targets(VesselTreeSpec spec) {
-    spec.targets.clear();
-    return spec;
-}
+/// Vessels as they are kept, without name and targets: those of one shape are the same under every name.
+struct KeptVessels {
+    Anatomy& vessels;
 
-/// Of the files in a place of the cache. What the vessels are called is not theirs: vessels of one shape are
-/// the same under every name.
-constexpr const char* name_in_cache = "vessels";
+    void state(geometry::StateStream& s) {
+        std::vector<Eigen::Vector3i> corners;
+        for (const auto& t : vessels.lumen.triangles) corners.emplace_back(t[0], t[1], t[2]);
+        std::uint64_t branches = vessels.branches.size(), ends = vessels.ends.size(),
+                      deposits = vessels.calcium.size();
+        bool in_body = vessels.body.has_value();
+        s(vessels.lumen.vertices, corners, branches, ends, deposits, in_body);
+        if (s.restores()) {
+            vessels.lumen.triangles.reserve(corners.size());
+            for (const Eigen::Vector3i& c : corners) vessels.lumen.triangles.push_back({c[0], c[1], c[2]});
+            vessels.branches.resize(branches);
+            vessels.ends.resize(ends);
+            vessels.calcium.resize(deposits);
+            if (in_body) vessels.body.emplace();
+        }
+        for (CentrelineBranch& b : vessels.branches) s(b.name, b.parent, b.parent_sample, b.points, b.radii);
+        for (VesselEnd& end : vessels.ends)
+            s(end.role, end.opening.name, end.opening.centre, end.opening.outward_normal, end.opening.radius);
+        for (CalciumDeposit& deposit : vessels.calcium) s(deposit.points, deposit.radii);
+        if (in_body) s(vessels.body->landmark, vessels.body->at);
+    }
+};
 
-/// Holds all that is looked up in it.
-std::string place_name(const std::string& shape) {
-    constexpr int layout = 2;  // of the folder
-    geometry::Hash hash;
-    for (const std::uint64_t number : {std::uint64_t{generator_version}, std::uint64_t{layout}, shape.size()})
-        hash.add(number);
-    hash.add(shape.data(), shape.size());
-    return "anatomy-" + io::hash_text(hash.value());
-}
+/// The place of vessels without their targets, so that another target needs no other ones, and the key of
+/// what is in it.
+struct Kept {
+    std::uint64_t key;
+    CachePlace place;
 
-/// The anatomy in a place, when it is whole.
-std::optional<Anatomy> kept_in(const CachePlace& place, const Provenance& wanted) {
-    if (!place.holds_whole_folder()) return std::nullopt;
-    return kept(place.path() / (std::string(name_in_cache) + ".anatomy.json"), wanted);
-}
+    Kept(VesselTreeSpec spec, const VesselTree& tree, const ModelCache& cache)
+        : key(key_of(std::move(spec), tree)), place(cache, "anatomy-" + io::hash_text(key) + ".bin") {}
+    std::optional<Anatomy> vessels() const {
+        const auto file = place.exists() ? geometry::MappedFile::of(place.path()) : nullptr;
+        if (!file) return std::nullopt;
+        const std::span<const std::byte> state = unsealed(key, file->bytes());
+        if (state.empty()) return std::nullopt;
+        Anatomy found;
+        KeptVessels kept{found};
+        geometry::restore_state(kept, state);
+        return found;
+    }
+    bool keep(Anatomy& vessels) const {
+        return place.keep_file(sealed(key, geometry::state_of(KeptVessels{vessels})));
+    }
 
-Provenance provenance_in_cache(const std::string& shape) {
-    return {{"source", "generated"},
-            {"generator", std::to_string(generator_version)},
-            {"shape", shape},
-            {"licence", "project"}};
-}
+private:
+    static std::uint64_t key_of(VesselTreeSpec spec, const VesselTree& tree) {
+        constexpr std::uint64_t layout = 3;  // of the file
+        geometry::Hash hash;
+        hash.add(std::uint64_t{generator_version});
+        hash.add(layout);
+        spec.targets.clear();
+        add_shape(spec, tree, [&hash](double number) { hash.add(number); });
+        return hash.value();
+    }
+};
 
 }  // namespace
 
@@ -184,40 +218,28 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
 }
 
 Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache) {
-    const VesselTreeSpec spec = without_targets(wanted);
-    const auto as_wanted = [&wanted](Anatomy anatomy) {
+    const VesselTree tree = grow(wanted);
+    const auto as_wanted = [&](Anatomy anatomy) {
         anatomy.name = wanted.name;
-        place_targets(anatomy, wanted, grow(wanted));
+        place_targets(anatomy, wanted, tree);
         return anatomy;
     };
-    const std::string shape = fingerprint(spec);
-    const Provenance provenance = provenance_in_cache(shape);
-    const CachePlace place(cache, place_name(shape));
-    if (std::optional<Anatomy> anatomy = kept_in(place, provenance)) {
-        place.used();
-        return as_wanted(*std::move(anatomy));
+    const Kept kept(wanted, tree, cache);
+    if (std::optional<Anatomy> vessels = kept.vessels()) {
+        kept.place.used();
+        return as_wanted(*std::move(vessels));
     }
     GeneratorOptions options;
     options.progress = cache.progress;
     count(Made::Vessels);
-    Anatomy grown = generate(spec, options);
-    grown.name = name_in_cache;
-    if (place.exists()) {
-        try {
-            const io::ScratchFolder scratch(place.path());
-            write_anatomy(grown, scratch.path(), provenance);
-            place.keep_folder(scratch.path());
-        } catch (const io::InputError& error) {
-            place.failed(error.what());
-        }
-    }
-    // With the bits that the next run will find.
-    return as_wanted(read_back(grown));
+    // With the bits that files of anatomies hold.
+    Anatomy grown = read_back(generate(wanted, options));
+    kept.keep(grown);
+    return as_wanted(std::move(grown));
 }
 
 bool is_kept(const VesselTreeSpec& wanted, const ModelCache& cache) {
-    const std::string shape = fingerprint(without_targets(wanted));
-    return kept_in(CachePlace(cache, place_name(shape)), provenance_in_cache(shape)).has_value();
+    return Kept(wanted, grow(wanted), cache).vessels().has_value();
 }
 
 }  // namespace anatomy

@@ -155,14 +155,40 @@ bool well_clear(const VesselTree& tree, const SampledBranch& branch, int sample,
     return clearance(other, 0, branch.points[sample]) >= branch.radii[sample] + gap;
 }
 
+/// Tells whether places lie in a branch: clearance() < 0.
+class Insides {
+public:
+    explicit Insides(const SampledBranch& branch)
+        : branch_(branch), widest_(*std::ranges::max_element(branch.radii)) {
+        for (std::size_t i = 1; i < branch.points.size(); ++i)
+            stride_ = std::max(stride_, (branch.points[i] - branch.points[i - 1]).norm());
+    }
+    bool hold(const Vec3& point) const {
+        constexpr double sure = 0.999;  // of a way, for rounding
+        for (std::size_t i = 0; i < branch_.points.size();) {
+            const double away = (branch_.points[i] - point).norm();
+            if (away - branch_.radii[i] < 0) return true;
+            // The next samples are nearer by no more than the way to them.
+            const double free = sure * (away - widest_);
+            i += free > stride_ ? static_cast<std::size_t>(free / stride_) : 1;
+        }
+        return false;
+    }
+
+private:
+    const SampledBranch& branch_;
+    double widest_, stride_ = 0;  // radius, and between samples [mm]
+};
+
 void find_separation(const VesselTree& tree, SampledBranch& child) {
     const SampledBranch& parent = tree.branches[child.parent];
+    const Insides of_parent(parent);
     const int last = static_cast<int>(child.points.size()) - 1;
     child.exit = child.separation = last;
     for (int i = last; i >= 0; --i) {
         // One that comes back, as a communicating artery may, has left before.
         if (child.joined >= 0 && i > last / 2) continue;
-        if (clearance(parent, 0, child.points[i]) >= 0) child.exit = i;
+        if (!of_parent.hold(child.points[i])) child.exit = i;
     }
     for (int i = child.exit; i <= last && child.separation == last; ++i)
         if (well_clear(tree, child, i, parent)) child.separation = i;
@@ -170,10 +196,11 @@ void find_separation(const VesselTree& tree, SampledBranch& child) {
 
 void find_approach(const VesselTree& tree, SampledBranch& branch) {
     const SampledBranch& joined = tree.branches[branch.joined];
+    const Insides of_joined(joined);
     const int last = static_cast<int>(branch.points.size()) - 1;
     branch.entry = branch.approach = 0;
     for (int i = last / 2; i <= last; ++i)
-        if (clearance(joined, 0, branch.points[i]) >= 0) branch.entry = i;
+        if (!of_joined.hold(branch.points[i])) branch.entry = i;
     for (int i = branch.entry; i >= 0 && branch.approach == 0; --i)
         if (well_clear(tree, branch, i, joined)) branch.approach = i;
 }

@@ -61,21 +61,25 @@ TEST(ModelCache, WhatWasNotUsedForLongestGoesFirst) {
     EXPECT_TRUE(fs::exists(folder / "mine.txt"));
 }
 
-TEST(ModelCache, AChangedFileOfAnAnatomyIsMadeAgain) {
+TEST(ModelCache, ADamagedAnatomyIsMadeAgain) {
     const test::TemporaryFolder folder;
     const ModelCache cache{folder.path(), {}};
     const VesselTreeSpec spec = vessel_preset("rca");
     const std::uint64_t hash = hash_of(generated_anatomy(spec, cache));
-    const fs::path home = cache_items(folder.path()).at(0).path, file = home / "vessels.anatomy.json";
-    std::string text = test::read(file);
-    const std::size_t digit = text.find_first_of("123456789", text.find("points"));
-    ASSERT_NE(digit, std::string::npos);
-    text[digit] = text[digit] == '1' ? '2' : '1';
-    test::write(file, text);
-    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
-    EXPECT_NE(test::read(file), text);
-    fs::resize_file(home / "vessels.stl", 1000);
-    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
+    const fs::path file = cache_items(folder.path()).at(0).path;
+    const std::string whole = test::read(file);
+    std::string changed = whole, of_another = whole;
+    changed[whole.size() / 2] ^= 1;
+    of_another[8] ^= 1;  // the key
+    for (const std::string& damaged :
+         {changed, of_another, whole + "x", whole.substr(0, whole.size() / 2), whole.substr(0, 20)}) {
+        test::write(file, damaged);
+        const int before = made(Made::Vessels);
+        EXPECT_FALSE(is_kept(spec, cache));
+        EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
+        EXPECT_EQ(made(Made::Vessels), before + 1);
+        EXPECT_EQ(test::read(file), whole);
+    }
 }
 
 TEST(ModelCache, AFolderThatCannotBeWrittenIsNotedOnce) {

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <random>
 #include <thread>
+#include <tuple>
 
 #include "engine/io/files.h"
+#include "tests/anatomies.h"
+#include "tests/engine/exercise/with_body.h"
 #include "tests/engine/fixtures.h"
 
 namespace episode {
@@ -55,6 +58,81 @@ TEST_F(Store, AnEpisodeOfAKnownSourceIsAsOneMadeAlone) {
     other.overrides = {{"guidewire.device", "\"rosen035\""}};
     EXPECT_NE(open(other, test::cache())->hash(), expected.front());
     EXPECT_EQ(open(source, test::cache())->hash(), expected.front());
+}
+
+/// Of those that shipped scenarios draw from these seeds: the first that grow have files for the next.
+TEST_F(Store, ABakedPatientIsTheOneThatWasMade) {
+    const anatomy::ModelCache cache{folder / "cache", {}};
+    for (const auto& [name, seed, still] : {std::tuple("renal", 3, true),
+                                            {"renal", 4, true},
+                                            {"carotid_vertebral", 5, true},
+                                            {"coronary", 6, false}}) {
+        SCOPED_TRACE(std::string(name) + " " + std::to_string(seed));
+        const scenario::Scenario scenario =
+            test::shipped_scenario(name, {{"anatomy.seed", std::to_string(seed)}});
+        Episode fresh(scenario, exercise::Pictures::None, cache);
+        EXPECT_EQ(fresh.keep_view(64), still);
+        const std::vector<std::uint64_t> expected = played(fresh, 5, 21);
+        Episode baked(scenario, exercise::Pictures::None, cache);
+        EXPECT_EQ(anatomy::hash_of(baked.simulation().anatomy()),
+                  anatomy::hash_of(fresh.simulation().anatomy()));
+        EXPECT_EQ(played(baked, 5, 21), expected);
+        // Nor is it another one with contrast, of which a view knows nothing.
+        const auto with_contrast = [&](Episode& episode) {
+            episode.reset();
+            const render::GrayImage before = episode.image(64, ImageMode::Live);
+            episode.step(
+                std::vector<script::Command>{script::Inject{10, 10, scenario.entry.flush_catheter, 300}});
+            for (int k = 0; k < 15; ++k) episode.step({});
+            const render::GrayImage after = episode.image(64, ImageMode::Live);
+            EXPECT_NE(before, after);
+            return after;
+        };
+        if (scenario.entry.flush_catheter.empty()) continue;
+        Episode another(scenario, exercise::Pictures::None, cache);
+        EXPECT_EQ(with_contrast(another), with_contrast(fresh));
+    }
+}
+
+TEST_F(Store, ImagesOfAKeptViewNeedNoBody) {
+    const anatomy::ModelCache cache{folder / "cache", {}};
+    const scenario::Scenario scenario = test::small_scenario_with_patient();
+    const auto items_named = [&](const std::string& start) {
+        std::vector<std::filesystem::path> found;
+        for (const anatomy::CacheItem& item : anatomy::cache_items(cache.folder))
+            if (item.path.filename().string().starts_with(start)) found.push_back(item.path);
+        return found;
+    };
+    std::vector<std::uint64_t> expected;
+    render::GrayImage dsa;
+    {
+        Episode first(scenario, exercise::Pictures::None, cache);
+        ASSERT_TRUE(first.keep_view(64));
+        expected = played(first, 7, 30);
+        dsa = first.image(64, ImageMode::Dsa);
+    }
+    ASSERT_EQ(items_named("view-").size(), 1u);
+    ASSERT_EQ(items_named("body-").size(), 1u);
+    const auto bodies = [] { return anatomy::made(anatomy::Made::Body); };
+    std::filesystem::remove(items_named("body-")[0]);
+    const int before = bodies();
+    Episode next(scenario, exercise::Pictures::None, cache);
+    EXPECT_EQ(played(next, 7, 30), expected);
+    EXPECT_EQ(next.image(64, ImageMode::Dsa), dsa);
+    EXPECT_EQ(bodies(), before);
+    // Another size, or a view that is damaged, is drawn.
+    EXPECT_EQ(next.image(48, ImageMode::Live).width, 48);
+    EXPECT_EQ(bodies(), before + 1);
+    const std::filesystem::path view = items_named("view-")[0];
+    const std::string whole = test::read(view);
+    for (const std::string& damaged :
+         {whole.substr(0, whole.size() - 1), whole.substr(0, 8) + "?" + whole.substr(9)}) {
+        test::write(view, damaged);
+        Episode again(scenario, exercise::Pictures::None, cache);
+        EXPECT_EQ(played(again, 7, 30), expected);
+        EXPECT_TRUE(again.keep_view(64));
+        EXPECT_EQ(test::read(view), whole);
+    }
 }
 
 TEST_F(Store, AFileThatHasChangedIsReadAgain) {
