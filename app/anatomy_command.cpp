@@ -11,6 +11,7 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy_picture.h"
+#include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_file.h"
 #include "engine/anatomy/grow/vessel_presets.h"
@@ -38,24 +39,27 @@ private:
     void add_generate();
     void add_import();
     void add_check();
+    void add_export();
     void add_show();
     void add_voxelise();
     int generate();
     int import();
     int check() const;
+    int export_files() const;
     int show() const;
     int voxelise() const;
 
     CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr,
-                        *voxelise_ = nullptr;
+                        *voxelise_ = nullptr, *export_ = nullptr;
     anatomy::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
     std::string sex_;
     std::optional<double> height_cm_;
     anatomy::ImportRequest import_request_;
     std::vector<double> inlet_, opened_, landmark_;
-    std::vector<std::string> names_;
-    std::string checked_, shown_, picture_, ct_, cache_;
+    std::vector<std::string> names_, vessels_;
+    std::vector<double> seed_;
+    std::string checked_, shown_, exported_, slicer_, picture_, ct_, cache_;
     ScenarioChoice scenario_;
     double voxel_ = 1, margin_ = 100;  // [mm]
 };
@@ -70,6 +74,7 @@ AnatomyCommand::AnatomyCommand(CLI::App& app)
     add_generate();
     add_import();
     add_check();
+    add_export();
     add_show();
     add_voxelise();
 }
@@ -78,6 +83,7 @@ int AnatomyCommand::run() {
     if (generate_->parsed()) return generate();
     if (import_->parsed()) return import();
     if (voxelise_->parsed()) return voxelise();
+    if (export_->parsed()) return export_files();
     return check_->parsed() ? check() : show();
 }
 
@@ -146,26 +152,52 @@ int AnatomyCommand::generate() {
 
 void AnatomyCommand::add_import() {
     anatomy::ImportRequest& request = import_request_;
-    import_ =
-        command_->add_subcommand("import",
-                                 "Mend the mesh of a lumen and find its ends, branches and radii\n\n"
-                                 "Examples:\n"
-                                 "  seldinger anatomy import lumen.stl --body pelvis --out vessels\n"
-                                 "  seldinger anatomy import lumen.vtp --unit cm --axes ras --out vessels "
-                                 "--scenario mine.toml");
+    import_ = command_->add_subcommand(
+        "import",
+        "Make vessels of the mesh of a lumen, a mask or the contrast of a CT\n\n"
+        "Examples:\n"
+        "  seldinger anatomy import lumen.stl --unit mm --body pelvis --out vessels\n"
+        "  seldinger anatomy import aorta.nii.gz --ct ct.nii.gz --out vessels\n"
+        "  seldinger anatomy import lumen.vtp --unit cm --axes ras --out vessels "
+        "--scenario mine.toml");
+    import_
+        ->add_option("vessel", vessels_,
+                     "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, "
+                     ".vtk); or a mask, or "
+                     "several that are joined: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd)")
+        ->type_name("FILE");
+    import_
+        ->add_option("--label", request.mask.labels,
+                     "Of a mask with several: the number or name of a label or segment; again for more")
+        ->type_name("LABEL");
+    import_
+        ->add_option("--ct", request.mask.ct,
+                     "The CT that the vessel lies in: the patient of the scenario, which is then written to "
+                     "NAME.toml beside the anatomy")
+        ->type_name("FILE");
+    import_->add_option("--series", request.mask.series, "Of a --ct that is a folder of DICOM files")
+        ->type_name("SERIES");
     import_
         ->add_option(
-            "mesh", request.mesh,
-            "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, .vtk)")
-        ->required()
-        ->type_name("FILE");
+            "--from-ct", seed_,
+            "X,Y,Z in mm in the contrast of --ct: the vessel is what hangs together with it, which is "
+            "approximate")
+        ->delimiter(',')
+        ->expected(3)
+        ->check(number())
+        ->type_name("X,Y,Z");
+    import_
+        ->add_option("--threshold", request.mask.threshold,
+                     "Least of that contrast in HU; else half way between the seed and soft tissue")
+        ->check(number(-1000, 3000));
     import_->add_option("--unit", request.options.unit, "Of the mesh's numbers")
         ->check(one_of({"mm", "cm", "m"}));
     import_->add_option("--scale", request.options.frame.scale, "Factor after the unit");
     import_
         ->add_option(
             "--axes", request.options.frame.axes,
-            "Of the file: lps (+x left, +y back, as everywhere here), or ras, as some programs write")
+            "Of files that do not state theirs: lps (+x left, +y back, as everywhere here), or ras, as some "
+            "programs write; else lps. A file that states others is refused")
         ->check(one_of({"lps", "ras"}));
     import_
         ->add_option("--rotate", request.options.frame.rotations,
@@ -192,8 +224,15 @@ void AnatomyCommand::add_import() {
         ->add_option(
             "--centrelines", request.options.centrelines,
             "Take these, with their names: VTK PolyData (.vtp, .vtk, as of VMTK), SimVascular's .pth, JSON "
-            "{\"name\": [[x, y, z, r], …]}, all in the mesh's unit, or CSV branch,x_mm,y_mm,z_mm[,r_mm]; "
-            "again for more files")
+            "{\"name\": [[x, y, z, r], …]} and VMTK's .dat, all in the mesh's unit, curves of 3D Slicer "
+            "(.mrk.json) or "
+            "CSV branch,x_mm,y_mm,z_mm[,r_mm]; again for more files")
+        ->type_name("FILE");
+    import_
+        ->add_option(
+            "--places", request.options.places,
+            "Points of 3D Slicer (.mrk.json): one at an end names it as --name does, another is a target "
+            "by its label; again for more files")
         ->type_name("FILE");
     import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")
         ->required()
@@ -226,6 +265,22 @@ void AnatomyCommand::add_import() {
 
 int AnatomyCommand::import() {
     anatomy::ImportRequest& request = import_request_;
+    if (vessels_.empty() == seed_.empty())
+        throw BadArgument("expected the FILE of a mesh or a mask, or --from-ct X,Y,Z with --ct, found {}",
+                          vessels_.empty() ? "none" : "both");
+    if (!seed_.empty()) {
+        request.mask.seed = {seed_[0], seed_[1], seed_[2]};
+        if (request.mask.ct.empty()) throw BadArgument("--from-ct: expected --ct beside it, found none");
+    }
+    const auto masks =
+        std::ranges::count_if(vessels_, [](const std::string& file) { return anatomy::is_mask_file(file); });
+    if (masks == std::ssize(vessels_))
+        request.mask.masks.assign(vessels_.begin(), vessels_.end());
+    else if (vessels_.size() == 1)
+        request.mesh = vessels_[0];
+    else
+        throw BadArgument("expected one mesh, or masks alone, found {} files", vessels_.size());
+    if (!request.mask.labels.empty() && masks == 0) throw BadArgument("--label: expected a mask, found none");
     if (!inlet_.empty()) request.options.inlet = {inlet_[0], inlet_[1], inlet_[2]};
     for (std::size_t i = 0; i + 2 < opened_.size(); i += 3)
         request.options.ends.emplace_back(opened_[i], opened_[i + 1], opened_[i + 2]);
@@ -265,6 +320,36 @@ int AnatomyCommand::check() const {
     const anatomy::CheckOutcome outcome = anatomy::run_check(checked_);
     print("{}", outcome.report);
     return outcome.fine ? 0 : 2;
+}
+
+void AnatomyCommand::add_export() {
+    export_ =
+        command_->add_subcommand("export",
+                                 "Write an anatomy for another program\n\n"
+                                 "Example:\n"
+                                 "  seldinger anatomy export vessels/mine.anatomy.json --slicer slicer");
+    export_->add_option("anatomy", exported_, "NAME.anatomy.json")->required()->type_name("FILE");
+    export_
+        ->add_option(
+            "--slicer", slicer_,
+            "Folder for what 3D Slicer opens: NAME.stl (SPACE=LPS), ends.mrk.json, targets.mrk.json and "
+            "centrelines/BRANCH.mrk.json; import reads them back by --centrelines and --places")
+        ->required()
+        ->type_name("FOLDER");
+    export_->footer("Exit codes: 0 done, 2 bad input.");
+}
+
+int AnatomyCommand::export_files() const {
+    const std::filesystem::path folder(slicer_);
+    const anatomy::Anatomy loaded = anatomy::load_anatomy(exported_);
+    std::vector<std::filesystem::path> inputs = {exported_};
+    if (const auto mesh = anatomy::mesh_named_by(exported_)) inputs.push_back(*mesh);
+    io::require_distinct(
+        std::array{io::Output{"--slicer", folder / (io::file_name_of(loaded.name) + ".stl")}}, inputs);
+    const std::vector<std::filesystem::path> files = anatomy::write_for_slicer(loaded, folder);
+    print("{}: {} files\n", folder.string(), files.size());
+    for (const std::filesystem::path& file : files) print("  {}\n", file.string());
+    return 0;
 }
 
 void AnatomyCommand::add_show() {

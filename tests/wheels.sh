@@ -1,9 +1,9 @@
 #!/bin/bash
 # tests/wheels.sh [SYSTEM...]: makes portable wheels (app/python/wheel.py --portable) for the CPythons of other systems, unpacks
 # each in a bare chroot of its system, with NumPy and nothing else of what Seldinger needs, and runs it there: two exercises of
-# 100 steps, whose states must equal those of this machine's build where glibc is 2.35 or newer (hypot rounds differently in
-# older ones), images, which may differ by two grey levels, for Mesa and its LLVM are older, and an environment. Needs root,
-# debootstrap, patchelf and build/python; 2 GB, ten minutes for the engine and two for each system.
+# 100 steps, whose states must equal those of this machine's build where glibc is 2.35 or newer (on 2.31 renal's do not), images,
+# which may differ by two grey levels, for Mesa and its LLVM are older, and an environment. Needs root, debootstrap, patchelf and
+# build/python.
 #   SYSTEM   bullseye, bookworm, trixie (Debian 11, 12, 13: CPython 3.9, 3.11, 3.13), jammy, noble (Ubuntu 22.04, 24.04: CPython
 #            3.10, 3.12; systems.sh says which keys they need); by default bullseye
 # The chroots are kept in build/systems for the next time, the wheels in build/wheels. Ends with 77 where it cannot run.

@@ -6,7 +6,7 @@ usage() {
     cat <<'END'
 app/slurm/submit.sh [OPTIONS] batch LIST --out OUT [...]
 app/slurm/submit.sh [OPTIONS] study ID --out OUT [...]
-app/slurm/submit.sh [OPTIONS] bake PRESET --seeds FIRST:END --cache FOLDER
+app/slurm/submit.sh [OPTIONS] bake EXERCISE --seeds FIRST:END --cache FOLDER
 
 Submits an array of jobs, each with one share of the command, and a job after them that merges. What is merged equals,
 byte for byte, what the command leaves on one machine. Paths must be the same on every node.

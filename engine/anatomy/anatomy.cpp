@@ -409,6 +409,7 @@ double origin_of(const Anatomy& anatomy, int branch) {
     const CentrelineBranch& of = anatomy.branches[static_cast<std::size_t>(branch)];
     if (of.parent < 0) return 0;
     const CentrelineBranch& parent = anatomy.branches[static_cast<std::size_t>(of.parent)];
+    if (geometry::goes_on_in(parent, of)) return 0;
     const auto held = [&](const Vec3& x) {
         for (std::size_t i = 0; i < parent.points.size(); ++i)
             if ((x - parent.points[i]).squaredNorm() < parent.radii[i] * parent.radii[i]) return true;

@@ -233,8 +233,8 @@ void append(std::string& bytes, Number number) {
     bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
 
-std::string stl(const Anatomy& anatomy) {
-    std::string bytes = "lumen of " + anatomy.name.substr(0, 60) + " [mm]";
+std::string stl(const Anatomy& anatomy, std::string head) {
+    std::string bytes = std::move(head);
     bytes.resize(80, ' ');
     append(bytes, static_cast<std::uint32_t>(anatomy.lumen.triangles.size()));
     for (const auto& t : anatomy.lumen.triangles) {
@@ -245,6 +245,10 @@ std::string stl(const Anatomy& anatomy) {
         append(bytes, std::uint16_t{0});
     }
     return bytes;
+}
+
+std::string stl(const Anatomy& anatomy) {
+    return stl(anatomy, "lumen of " + anatomy.name.substr(0, 60) + " [mm]");
 }
 
 /// Rounds to a nanometre; smaller digits are only rounding errors.
@@ -346,18 +350,88 @@ void check_anatomy_name(const std::string& name) {
     throw io::InputError("--name: '{}' was found; expected a file name without a folder", name);
 }
 
+namespace {
+
+/// A file of Slicer's with one list of points. Radii, where there are as many, become a measurement.
+std::string markup(const std::string& type, const std::string& name, const std::vector<std::string>& labels,
+                   const geometry::Polyline& points, const std::vector<double>& radii) {
+    ordered_json list = ordered_json::array(), measurements = ordered_json::array();
+    for (std::size_t i = 0; i < points.size(); ++i)
+        list.push_back({{"id", std::to_string(i + 1)},
+                        {"label", i < labels.size() ? labels[i] : fmt::format("{}-{}", name, i + 1)},
+                        {"position", point(points[i])},
+                        {"selected", true},
+                        {"locked", false},
+                        {"visibility", true},
+                        {"positionStatus", "defined"}});
+    if (radii.size() == points.size() && !points.empty()) {
+        ordered_json values = ordered_json::array();
+        for (const double radius : radii) values.push_back(rounded(radius));
+        measurements.push_back(
+            {{"name", "Radius"}, {"enabled", true}, {"units", "mm"}, {"controlPointValues", values}});
+    }
+    const ordered_json root = {
+        {"@schema",
+         "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
+         "markups-schema-v1.0.3.json#"},
+        {"markups",
+         {{{"type", type},
+           {"name", name},
+           {"coordinateSystem", "LPS"},
+           {"coordinateUnits", "mm"},
+           {"locked", true},
+           {"labelFormat", "%N-%d"},
+           {"controlPoints", list},
+           {"measurements", measurements}}}}};
+    return root.dump(1) + "\n";
+}
+
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error || !std::filesystem::is_directory(folder))
+        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
+                             error ? error.message() : "a file is in its place");
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> write_for_slicer(const Anatomy& anatomy,
+                                                    const std::filesystem::path& folder) {
+    make_folder(folder / "centrelines");
+    std::vector<std::filesystem::path> files;
+    const auto write = [&](const std::filesystem::path& file, const std::string& text) {
+        io::write_whole(file, text);
+        files.push_back(file);
+    };
+    write(folder / (io::file_name_of(anatomy.name) + ".stl"), stl(anatomy, "3D Slicer output. SPACE=LPS"));
+    std::vector<std::string> names;
+    geometry::Polyline places;
+    for (const VesselEnd& end : anatomy.ends) {
+        names.push_back(end.opening.name);
+        places.push_back(end.opening.centre);
+    }
+    write(folder / "ends.mrk.json", markup("Fiducial", "ends", names, places, {}));
+    names.clear(), places.clear();
+    for (const VesselTarget& target : anatomy.targets) {
+        names.push_back(target.name);
+        places.push_back(target.centre);
+    }
+    write(folder / "targets.mrk.json", markup("Fiducial", "targets", names, places, {}));
+    for (const geometry::CentrelineBranch& branch : anatomy.branches)
+        write(folder / "centrelines" / (io::file_name_of(branch.name) + ".mrk.json"),
+              markup("Curve", branch.name, {}, branch.points, branch.radii));
+    return files;
+}
+
 Anatomy read_back(const Anatomy& anatomy) {
     return parse_anatomy(description(anatomy, anatomy.name + ".stl", {}), stl(anatomy), anatomy.name);
 }
 
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,
                                     const Provenance& provenance) {
+    make_folder(folder);
     std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error || !std::filesystem::is_directory(folder)) {
-        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
-                             error ? error.message() : "a file is in its place");
-    }
     const std::string mesh_file = anatomy.name + ".stl";
     const std::filesystem::path path = folder / (anatomy.name + ".anatomy.json");
     io::write_whole(folder / mesh_file, stl(anatomy));

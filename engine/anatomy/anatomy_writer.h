@@ -23,4 +23,8 @@ Anatomy read_back(const Anatomy&);
 /// folder if it does not exist. Throws InputError; neither file is then left half-written.
 std::filesystem::path write_anatomy(const Anatomy&, const std::filesystem::path& folder, const Provenance&);
 
+/// Writes what 3D Slicer opens: NAME.stl, whose header says SPACE=LPS, ends.mrk.json and targets.mrk.json as
+/// points, and centrelines/BRANCH.mrk.json as curves with radii. Returns the files. Throws InputError.
+std::vector<std::filesystem::path> write_for_slicer(const Anatomy&, const std::filesystem::path& folder);
+
 }  // namespace anatomy

@@ -389,14 +389,14 @@ bool is_text_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t siz
                              size, count, promised));
 }
 
-geometry::TriangleMesh from_polydata(const fs::path& path) {
+StatedMesh from_polydata(const fs::path& path) {
     PolyData data = load_polydata(path);
     if (data.triangles.empty())
         refuse(path, fmt::format(
                          "it has {} points and {} lines, but no triangles; expected the surface of a lumen{}",
                          data.points.size(), data.lines.size(),
                          data.lines.empty() ? "" : ", and lines by --centrelines"));
-    return {std::move(data.points), std::move(data.triangles)};
+    return {{std::move(data.points), std::move(data.triangles)}, std::move(data.axes)};
 }
 
 /// Opens regular files alone: a mesh may name others, such as materials. Assimp 6 lets nothing derive from
@@ -482,12 +482,29 @@ void check_obj_faces(std::string_view text, const fs::path& path) {
     }
 }
 
+/// What the comments of a text state: lines that begin with one of the marks, up to a line that is `end`.
+std::optional<StatedAxes> axes_in_comments(std::string_view text,
+                                           std::initializer_list<std::string_view> marks,
+                                           std::string_view end = {}) {
+    while (!text.empty()) {
+        const std::size_t next = std::min(text.find('\n'), text.size() - 1) + 1;
+        std::string_view line = text.substr(0, next);
+        text.remove_prefix(next);
+        line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
+        if (!end.empty() && line.starts_with(end)) break;
+        if (std::ranges::none_of(marks, [&](std::string_view mark) { return line.starts_with(mark); }))
+            continue;
+        if (std::optional<StatedAxes> found = axes_in_line(line, "a comment")) return found;
+    }
+    return std::nullopt;
+}
+
 geometry::TriangleMesh joined(const geometry::TriangleMesh& mesh, const fs::path& path) {
     if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; expected a surface of triangles");
     return geometry::welded(mesh);
 }
 
-geometry::TriangleMesh read_by_kind(const fs::path& path) {
+StatedMesh read_by_kind(const fs::path& path) {
     std::error_code ignored;
     std::ifstream stream = io::open_to_read(path, "mesh", kinds);
     const std::string extension = extension_of(path);
@@ -497,27 +514,47 @@ geometry::TriangleMesh read_by_kind(const fs::path& path) {
         return io::read_text(path, "mesh", kinds);
     };
     if (extension == ".vtp" || extension == ".vtk") return from_polydata(path);
-    if (extension == ".ply") return parse_ply(whole_text(ply), path.string());
-    if (extension == ".off") return parse_off(whole_text(off), path.string());
+    std::optional<StatedAxes> axes;
+    if (extension == ".ply") {
+        const std::string text = whole_text(ply);
+        axes = axes_in_comments(text, {"comment", "obj_info"}, "end_header");
+        return {parse_ply(text, path.string()), axes};
+    }
+    if (extension == ".off") {
+        const std::string text = whole_text(off);
+        return {parse_off(text, path.string()), axes_in_comments(text, {"#"})};
+    }
     if (extension == ".stl") {
-        if (is_text_stl(path, stream, size)) return parse_text_stl(whole_text(text_stl), path.string());
+        const bool as_text = is_text_stl(path, stream, size);
+        const std::string head = text_at(stream, 0, as_text ? 1024 : 80);
+        axes = axes_in_line(std::string_view(head).substr(0, head.find_first_of(std::string_view("\0\n", 2))),
+                            "the header");
+        if (as_text) return {parse_text_stl(whole_text(text_stl), path.string()), axes};
     } else if (extension == ".glb" || extension == ".gltf") {
         check_gltf(whole_text(gltf), path);
     } else if (extension == ".obj") {
         check_count(path, static_cast<double>(size) / obj);
         if (text_at(stream, 0, 4096).find('\0') != std::string::npos)
             refuse(path, fmt::format("this is not text, as an OBJ file is; {}", kinds));
-        check_obj_faces(io::read_text(path, "mesh", kinds), path);
+        const std::string text = io::read_text(path, "mesh", kinds);
+        check_obj_faces(text, path);
+        axes = axes_in_comments(text, {"#"});
     } else {
         refuse(path, fmt::format("a mesh named '{}' is not read; {}", extension, kinds));
     }
-    return by_assimp(path);
+    return {by_assimp(path), axes};
 }
 
 }  // namespace
 
 geometry::TriangleMesh load_mesh(const fs::path& path) {
-    return joined(read_by_kind(path), path);
+    return load_stated_mesh(path).mesh;
+}
+
+StatedMesh load_stated_mesh(const fs::path& path) {
+    StatedMesh read = read_by_kind(path);
+    read.mesh = joined(read.mesh, path);
+    return read;
 }
 
 geometry::TriangleMesh parse_stl(const std::string& bytes, const std::string& name) {

@@ -2,7 +2,9 @@
 /// A mesh from a file: STL, OBJ, PLY, OFF, VTK's PolyData (.vtp, .vtk), glTF (.glb, .gltf).
 
 #include <filesystem>
+#include <optional>
 
+#include "engine/anatomy/file_axes.h"
 #include "physics/geometry/vec.h"
 
 namespace anatomy {
@@ -17,6 +19,14 @@ inline constexpr double largest_coordinate = 1e4;
 /// the file is missing, of another kind, empty, truncated, inconsistent, or holds numbers that are not
 /// finite.
 geometry::TriangleMesh load_mesh(const std::filesystem::path&);
+
+/// The mesh of a file, in the file's own axes, and what it states of them: in the header of an STL, a comment
+/// of OBJ, PLY or OFF, the title of a legacy VTK file, a field named SPACE of either kind of PolyData.
+struct StatedMesh {
+    geometry::TriangleMesh mesh;
+    std::optional<StatedAxes> axes;
+};
+StatedMesh load_stated_mesh(const std::filesystem::path&);
 
 /// The same from the bytes of a binary STL.
 geometry::TriangleMesh parse_stl(const std::string& bytes, const std::string& name);

@@ -158,6 +158,8 @@ public:
             vertices(element);
         else if (element.name == "face")
             faces(element);
+        else if (element.name == "tristrips")
+            strips(element);
         else
             for (std::int64_t i = 0; i < element.count; ++i)
                 for (const PlyProperty& property : element.properties) skip(property, element, i);
@@ -225,6 +227,47 @@ private:
                     polygon(element.properties[p], element, i);
                 else
                     skip(element.properties[p], element, i);
+            }
+    }
+
+    /// Strips of triangles, which -1 parts; every other triangle of a strip is turned round.
+    void strips(const PlyElement& element) {
+        if (corners_ < 0) refuse("element 'tristrips' before 'vertex'", "'vertex' before 'tristrips'");
+        const int list = element.index_of({"vertex_indices", "vertex_index"});
+        if (list < 0 || !element.properties[list].count)
+            refuse("an element 'tristrips' without a list 'vertex_indices'", "one that has it");
+        constexpr int longest_strip = 16'000'000;
+        for (std::int64_t i = 0; i < element.count; ++i)
+            for (int p = 0; p < static_cast<int>(element.properties.size()); ++p) {
+                const PlyProperty& property = element.properties[p];
+                if (p != list) {
+                    skip(property, element, i);
+                    continue;
+                }
+                const int length = list_length(property, longest_strip, element, i);
+                std::array<int, 2> before{};
+                int taken = 0;  // of the current strip
+                for (int n = 0; n < length; ++n) {
+                    const double value = values_.next(property.type, "a corner's index");
+                    if (value == -1) {
+                        taken = 0;
+                        continue;
+                    }
+                    if (value != std::floor(value) || value < 0 || value >= static_cast<double>(corners_))
+                        refuse(fmt::format("strip {} names corner {:g}", i, value),
+                               fmt::format("0 to {}, or -1 between two strips", corners_ - 1));
+                    const int corner = static_cast<int>(value);
+                    if (taken >= 2 && corner != before[0] && corner != before[1] && before[0] != before[1]) {
+                        if (taken % 2 == 0)
+                            mesh.triangles.push_back({before[0], before[1], corner});
+                        else
+                            mesh.triangles.push_back({before[1], before[0], corner});
+                    }
+                    before = {before[1], corner};
+                    ++taken;
+                    if (static_cast<double>(mesh.triangles.size()) > most_triangles)
+                        refuse("more triangles", fmt::format("up to {:.0f} million", most_triangles / 1e6));
+                }
             }
     }
 

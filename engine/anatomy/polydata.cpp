@@ -47,6 +47,16 @@ bool keeps_numbers(std::string_view name) {
     return is_radius(name);
 }
 
+void take_axes(PolyData& data) {
+    std::erase_if(data.of_file, [&](const PolyData::Array& array) {
+        if (!same_word(array.name, "SPACE")) return false;
+        if (!array.texts.empty())
+            data.axes = axes_named(array.texts[0].substr(0, 40),
+                                   "the field SPACE says " + array.texts[0].substr(0, 40));
+        return true;
+    });
+}
+
 std::vector<std::string> texts_of(std::string_view bytes) {
     std::vector<std::string> texts;
     while (!bytes.empty()) {

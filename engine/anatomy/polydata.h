@@ -4,10 +4,12 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/anatomy/file_axes.h"
 #include "engine/io/number_type.h"
 #include "physics/geometry/vec.h"
 
@@ -29,7 +31,8 @@ struct PolyData {
     std::vector<Line> lines;
     int cells = 0;  // of all kinds
     std::vector<Array> of_points, of_cells,
-        of_file;  // radii, names and numbers of branches; no others are kept
+        of_file;                     // radii, names and numbers of branches; no others are kept
+    std::optional<StatedAxes> axes;  // by a field SPACE or the title
 };
 
 /// By the file's extension. Throws InputError for a file that is missing, truncated, of another kind, or
@@ -84,6 +87,8 @@ bool keeps_numbers(std::string_view name);
 /// Adds arrays to those of the pieces before, which have so many values; a name that one of them lacks is
 /// dropped.
 void add_arrays(std::vector<PolyData::Array>& all, std::vector<PolyData::Array> piece, int before);
+/// Takes the field SPACE from the arrays of the file.
+void take_axes(PolyData&);
 /// The texts that a row of bytes separated by zeros holds.
 std::vector<std::string> texts_of(std::string_view bytes);
 

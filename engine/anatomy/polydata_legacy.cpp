@@ -16,6 +16,7 @@ public:
         while (!words_.at_end()) read_section();
         add_piece(data_, points_, cells_, file_);
         drop_incomplete_arrays();
+        take_axes(data_);
         return std::move(data_);
     }
 
@@ -26,7 +27,7 @@ private:
         const std::string_view first = words_.rest_of_line();
         if (!first.starts_with("# vtk DataFile Version"))
             words_.refuse_found(fmt::format("'{}'", first.substr(0, 30)), "'# vtk DataFile Version …'");
-        words_.rest_of_line();  // a title
+        data_.axes = axes_in_line(words_.rest_of_line(), "the title");
         if (words_.take("BINARY"))
             binary_ = true;
         else if (!words_.take("ASCII"))

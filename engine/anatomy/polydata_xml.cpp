@@ -182,6 +182,7 @@ public:
             refuse_polydata(file_, "<PolyData>", "there is no <Piece>", "expected one or more");
         for (const pugi::xml_node array : poly.child("FieldData").children("Array")) read_field(array);
         for (const pugi::xml_node array : poly.child("FieldData").children("DataArray")) read_field(array);
+        take_axes(data_);
         return std::move(data_);
     }
 

@@ -118,7 +118,7 @@ render::Fluoroscope* Camera::still(const Simulation& simulation, const Pulse& pu
         auto view = exercise::kept_view(simulation.scenario(), simulation.anatomy(), pulse.arm, cache_);
         if (!view) return nullptr;
         still_arm_ = pulse.arm;
-        still_.emplace(render::FluoroscopeConfig(), *std::move(view));
+        still_ = render::Fluoroscope::of_view({}, *std::move(view));
     }
     return &*still_;
 }

@@ -96,7 +96,7 @@ std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::S
     return layers;
 }
 
-constexpr double cubic_mm_per_ml = 1000.0;
+constexpr double cubic_mm_in_ml = 1000.0;
 
 /// Mean concentration in the blood along joints, from every fifth [mg/ml].
 double around(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
@@ -216,6 +216,10 @@ render::LumenContrast lumen_contrast(const geometry::TriangleMesh& lumen,
 
 }  // namespace
 
+std::vector<std::string> patient_notes(const scenario::Scenario& scenario) {
+    return patient::mesh_notes(scenario.patient_files);
+}
+
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
                                                const anatomy::Anatomy& anatomy,
                                                const anatomy::ModelCache& cache) {
@@ -264,7 +268,7 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
     using Part = BlushingOrgan::Part;
     std::vector<BlushingOrgan> organs;
     const auto volume_of = [&](int layer) {
-        return geometry::signed_volume(layers[layer].mesh) / cubic_mm_per_ml;
+        return geometry::signed_volume(layers[layer].mesh) / cubic_mm_in_ml;
     };
     const auto supply = [&](int layer, Part part, int outlet, double fraction) {
         auto known = std::ranges::find_if(
@@ -320,8 +324,8 @@ std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const 
     constexpr double at_hole = 0.05;            // of the iodine, in the jet (estimate) [-]
     constexpr int lobes = 20, tracks = 4;       // the latter along the vessel
     if (!(hole.iodine > 0)) return {};
-    const double pool = std::cbrt(3 * cubic_mm_per_ml * hole.blood /
-                                  (4 * std::numbers::pi * fraction_of_tissue)),
+    const double pool =
+                     std::cbrt(3 * cubic_mm_in_ml * hole.blood / (4 * std::numbers::pi * fraction_of_tissue)),
                  radius = std::max(pool, hole.diameter);
     const geometry::Vec3 u = beside_vessel(blood, hole), v = hole.outward.cross(u);
     std::vector<render::IodineCloud> clouds;
@@ -366,7 +370,7 @@ std::vector<render::IodineCloud> cloud_of(const anatomy::Anatomy& anatomy, const
         if (anatomy::nearest_place(anatomy, at).distance > -1.5 * width) break;
         const double concentration = jet.out.iodine * std::min(1.0, decay * jet.bore / gone);  // [mg/ml]
         clouds.push_back(
-            {at, width, 2 * std::numbers::pi * width * width * step * concentration / cubic_mm_per_ml});
+            {at, width, 2 * std::numbers::pi * width * width * step * concentration / cubic_mm_in_ml});
     }
     return clouds;
 }

@@ -2,6 +2,7 @@
 /// Turns a scenario and its anatomy into the objects that the X-ray chain images.
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/exercise/monitor.h"
@@ -17,6 +18,9 @@ namespace exercise {
 /// cache. Throws InputError for a lumen that capping does not close, or a mesh that cannot be used.
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&,
                                                const anatomy::ModelCache& = {});
+
+/// Which meshes of the patient were turned from other axes, and why: a sentence each.
+std::vector<std::string> patient_notes(const scenario::Scenario&);
 
 /// An organ, or a part of one, that is drawn and that contrast reaches.
 struct BlushingOrgan {
@@ -50,8 +54,8 @@ ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, co
                           const anatomy::ModelCache& = {});
 
 /// What images from that arm need of the scenario's patient as long as there is no contrast, where the cache
-/// has it: frames of Fluoroscope({}, view) are those of make_imaging's. Never of patients that move, or from
-/// files.
+/// has it: frames of Fluoroscope::of_view({}, view) are those of make_imaging's. Never of patients that move,
+/// or from files.
 std::optional<render::StillView> kept_view(const scenario::Scenario&, const anatomy::Anatomy&,
                                            const render::CArm&, const anatomy::ModelCache&);
 /// Keeps it, as the fluoroscope of this patient sees it, unless it is there. Whether the cache has it now.

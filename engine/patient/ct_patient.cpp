@@ -256,6 +256,26 @@ render::DensityVolume ct_volume(const PatientFiles& files, const geometry::Trian
     }
 }
 
+namespace {
+
+anatomy::TakenAxes axes_of(const PatientMesh& mesh, const std::optional<anatomy::StatedAxes>& stated) {
+    return anatomy::taken_axes(mesh.file.string(), stated, mesh.axes,
+                               fmt::format("axes = \"{}\"", mesh.axes));
+}
+
+}  // namespace
+
+std::vector<std::string> mesh_notes(const PatientFiles& files) {
+    std::vector<std::string> notes;
+    for (const PatientMesh& mesh : files.meshes) {
+        const anatomy::TakenAxes axes = axes_of(mesh, anatomy::load_stated_mesh(mesh.file).axes);
+        if (axes.axes == "ras")
+            notes.push_back(fmt::format("{} is in RAS (+x right, +y front), {}",
+                                        mesh.file.filename().string(), axes.why));
+    }
+    return notes;
+}
+
 std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
     std::vector<render::TissueLayer> layers;
     const Mat3 turn = turn_by(files.rotation);
@@ -265,7 +285,13 @@ std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
         layer.material = wanted.material;
         layer.inside = wanted.inside;
         try {
-            layer.mesh = anatomy::load_mesh(wanted.file);
+            anatomy::StatedMesh read = anatomy::load_stated_mesh(wanted.file);
+            layer.mesh = std::move(read.mesh);
+            const bool ras = axes_of(wanted, read.axes).axes == "ras";
+            const Mat3 own = turn_by(wanted.rotation) * Vec3(ras ? -1 : 1, ras ? -1 : 1, 1).asDiagonal();
+            const bool as_it_is = own == Mat3::Identity() && wanted.unit == 1 && wanted.shift == Vec3::Zero();
+            for (Vec3& v : layer.mesh.vertices)
+                if (!as_it_is) v = wanted.unit * (own * v) + wanted.shift;
             render::require_closed(wanted.file.string(), layer.mesh);
         } catch (const std::runtime_error& error) {
             throw io::InputError(io::located(wanted.place, error.what()));

@@ -1,6 +1,7 @@
 #pragma once
 /// A patient from files: a CT in place of the procedural body, and meshes of what has been segmented.
 
+#include <string>
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
@@ -19,5 +20,8 @@ render::DensityVolume ct_volume(const PatientFiles&, const geometry::TriangleMes
 /// The meshes as layers named after their files, in the anatomy's coordinates; one that is inside out is
 /// turned. Throws InputError for one that cannot be read or is not closed.
 std::vector<render::TissueLayer> mesh_layers(const PatientFiles&);
+
+/// Which meshes were turned from RAS, and why. Throws InputError for one that cannot be read.
+std::vector<std::string> mesh_notes(const PatientFiles&);
 
 }  // namespace patient

@@ -17,7 +17,11 @@ struct PatientMesh {
     std::filesystem::path file;
     render::Material material = render::Material::CorticalBone;
     render::Material inside = render::Material::SoftTissue;
-    io::TextPlace place = {};  // where the scenario asks for it
+    std::string axes;                  // lps or ras; empty = as the file states, else lps
+    double unit = 1;                   // of the file's numbers [mm]
+    geometry::Vec3 shift{0, 0, 0};     // after the turn, before those of all files [mm]
+    geometry::Vec3 rotation{0, 0, 0};  // about x, then y, then z of the patient's axes [rad]
+    io::TextPlace place = {};          // where the scenario asks for it
 };
 
 /// What a scenario's [patient] says.

@@ -14,9 +14,9 @@ namespace {
 using geometry::Mat3;
 using geometry::Vec3;
 
-constexpr int air = -900;      // [HU]
-constexpr int tissue = -400;   // [HU]
-constexpr double good = 0.05;  // of a placement that is worth proposing
+constexpr int air_below = -900;     // [HU]
+constexpr int tissue_above = -400;  // [HU]
+constexpr double good_fit = 0.05;   // of a placement that is worth proposing
 
 /// Places spread evenly over a surface (R2 sequence of M. Roberts, 2018, in each triangle).
 std::vector<Vec3> places_on(const geometry::TriangleMesh& wall) {
@@ -56,7 +56,7 @@ VesselFit fit_of(const CtImage& ct, const std::vector<Vec3>& wall, const Mat3& t
         }
         if (!within)
             ++outside;
-        else if (ct.hu[ct.grid.index(n[0], n[1], n[2])] < air)
+        else if (ct.hu[ct.grid.index(n[0], n[1], n[2])] < air_below)
             ++in_air;
     }
     const auto count = static_cast<double>(wall.size());
@@ -77,8 +77,19 @@ Vec3 middle_of_body(const CtImage& ct) {
     for (int k = 0; k < ct.grid.size[2]; k += every)
         for (int j = 0; j < ct.grid.size[1]; j += every)
             for (int i = 0; i < ct.grid.size[0]; i += every)
-                if (ct.hu[ct.grid.index(i, j, k)] > tissue) box.add(ct.grid.at(i, j, k));
+                if (ct.hu[ct.grid.index(i, j, k)] > tissue_above) box.add(ct.grid.at(i, j, k));
     return box.middle();
+}
+
+/// About x, then y, then z [degrees], as turn_by takes them.
+Vec3 angles_of(const Mat3& turn) {
+    Vec3 angles(std::atan2(turn(2, 1), turn(2, 2)),
+                std::atan2(-turn(2, 0), std::hypot(turn(2, 1), turn(2, 2))),
+                std::atan2(turn(1, 0), turn(0, 0)));
+    angles /= geometry::degree;
+    for (double& angle : angles)
+        if (angle < -179.5) angle += 360;
+    return angles;
 }
 
 std::string text_of(const Vec3& v) {
@@ -104,11 +115,10 @@ std::string better_placement(const CtImage& ct, const geometry::TriangleMesh& wh
             for (const Vec3& x : wall) box.add(turn * x);
             // Whole millimetres, as they are told.
             const Vec3 shift = moves ? Vec3((body - box.middle()).array().round()) : Vec3(Vec3::Zero());
-            if (fit_of(ct, wall, turn, shift).wrong() > good) continue;
+            if (fit_of(ct, wall, turn, shift).wrong() > good_fit) continue;
             // The keys move the CT to the vessels, where it is now to turnᵀ (x − shift).
             std::string text;
-            const Vec3 about =
-                Mat3(turn.transpose() * turned).eulerAngles(2, 1, 0).reverse() / geometry::degree;
+            const Vec3 about = angles_of(turn.transpose() * turned);
             const Vec3 by = turn.transpose() * (moved - shift);
             if (axis >= 0) text = "rotation_deg = " + text_of(about);
             if (moves || moved != Vec3::Zero())

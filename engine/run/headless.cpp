@@ -6,6 +6,7 @@
 
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/imaging.h"
 #include "engine/exercise/observation.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/exercise/score_file.h"
@@ -200,6 +201,9 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     result.compared_frames = expectation.compared_frames();
     result.differences = expectation.differences();
     result.notices = notices.text();
+    if (images)
+        for (std::string& note : exercise::patient_notes(exercise.simulation().scenario()))
+            result.notices.push_back(std::move(note));
     for (const std::string& note : expectation.notes()) result.notices.push_back(note);
     if (expectation.file() != script.file)
         for (std::string& difference : other_origin(expectation.origin(), exercise.simulation()))

@@ -398,6 +398,12 @@ void read_patient(io::Section section, const std::filesystem::path& file, Scenar
         else if (!mesh.find("material"))
             mesh.missing("material", "material of a patient's mesh");
         if (const auto inside = mesh.choice("inside", names)) wanted.inside = mesh_materials[*inside];
+        constexpr std::string_view axes[] = {"lps", "ras"}, units[] = {"mm", "cm", "m"};
+        constexpr double in_mm[] = {1, 10, 1000};
+        if (const auto taken = mesh.choice("axes", axes)) wanted.axes = axes[*taken];
+        if (const auto unit = mesh.choice("unit", units)) wanted.unit = in_mm[*unit];
+        mesh.point("shift_mm", wanted.shift, 1e4);
+        if (mesh.point("rotation_deg", wanted.rotation, 360)) wanted.rotation *= geometry::degree;
         mesh.finish();
         files.meshes.push_back(std::move(wanted));
     }

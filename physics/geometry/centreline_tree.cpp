@@ -34,6 +34,8 @@ int joined_branch(std::span<const CentrelineBranch> branches, std::span<const Op
     const Vec3& last = own.points.back();
     for (const OpenEnd& end : ends)
         if ((last - end.centre).norm() < 2 * end.radius) return -1;
+    for (const CentrelineBranch& other : branches)
+        if (other.parent == branch && goes_on_in(own, other)) return -1;
     int joined = -1;
     double least = 0;
     for (int b = 0; b < static_cast<int>(branches.size()); ++b) {

@@ -46,8 +46,15 @@ struct OpenEnd {
     double beyond(const Vec3& x, double margin = 0) const;
 };
 
+/// Whether the child begins where its parent's centreline ends: the vessel goes on by another name.
+inline bool goes_on_in(const CentrelineBranch& parent, const CentrelineBranch& child) {
+    return child.parent_sample + 1 == static_cast<int>(parent.points.size()) &&
+           child.points.front() == parent.points.back();
+}
+
 /// The branch that this one ends in, where it has no open end of its own: the one that holds its last point
-/// deepest; −1 when none does. Its parent counts where it has left that between.
+/// deepest; −1 when none does, and where it goes on in a child. Its parent counts where it has left that
+/// between.
 int joined_branch(std::span<const CentrelineBranch>, std::span<const OpenEnd>, int branch);
 
 /// The ball inscribed in the lumen at a sample of a branch.

@@ -559,8 +559,10 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     state_->layers = std::move(layers);
 }
 
-Fluoroscope::Fluoroscope(FluoroscopeConfig config, StillView view)
-    : state_(std::make_unique<State>(config, std::move(view))) {}
+Fluoroscope::Fluoroscope(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Fluoroscope Fluoroscope::of_view(FluoroscopeConfig config, StillView view) {
+    return Fluoroscope(std::make_unique<State>(config, std::move(view)));
+}
 Fluoroscope::Fluoroscope(const Fluoroscope& like) : state_(std::make_unique<State>(*like.state_)) {}
 Fluoroscope::~Fluoroscope() = default;
 Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;

@@ -154,7 +154,7 @@ public:
     /// Of what still_view() of another one has given, without OpenGL: from that arm its frames of a patient
     /// at rest without contrast are the other one's, to the bit. From any other it throws
     /// std::invalid_argument.
-    Fluoroscope(FluoroscopeConfig, StillView);
+    static Fluoroscope of_view(FluoroscopeConfig, StillView);
     ~Fluoroscope();
     /// Of the same patient, with images of its own.
     Fluoroscope(const Fluoroscope&);
@@ -223,6 +223,7 @@ public:
 private:
     struct Patient;
     struct State;
+    explicit Fluoroscope(std::unique_ptr<State>);
     std::unique_ptr<State> state_;
 };
 

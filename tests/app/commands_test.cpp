@@ -323,7 +323,7 @@ ask() {
     EXPECT_EQ(completed("run renal --frames ''"), "all none\n");
     EXPECT_EQ(completed("run renal --set guidewire.friction=1 --tru"), "--truth --truth-of\n");
     EXPECT_EQ(completed("run renal --out mi"), "mine\n");
-    EXPECT_EQ(completed("anatomy ''"), "generate import check show voxelise\n");
+    EXPECT_EQ(completed("anatomy ''"), "generate import check export show voxelise\n");
     EXPECT_EQ(completed("anatomy generate ili"), "iliac-renal\n");
     EXPECT_EQ(completed("device show cobra"), "cobra4f cobra5f\n");
     EXPECT_EQ(completed("study accu"), "accuracy\n");
@@ -425,7 +425,7 @@ TEST_F(Commands, AreCompletedInFish) {
     EXPECT_EQ(completed("run renal --frames "), "all none\n");
     EXPECT_EQ(completed("run renal --every "), "");
     EXPECT_EQ(completed("run renal --out "), "mine/\n");
-    EXPECT_EQ(completed("anatomy "), "check generate import show voxelise\n");
+    EXPECT_EQ(completed("anatomy "), "check export generate import show voxelise\n");
     EXPECT_EQ(completed("anatomy generate "),
               "aorta arch-1 arch-2 arch-3 arch-arms arch-bovine arch-lca cerebral circle femoral iliac-renal "
               "lca rca\n");

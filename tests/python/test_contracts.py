@@ -73,6 +73,7 @@ def test_where_gymnasium_is_there_it_is_told_of_all_environments_in_its_words(ca
 import enum, types, numpy
 source = open({str(sd.gym.spaces.__file__)!r}).read().replace('import_module("gymnasium")', 'import_module("nothing")')
 spaces = types.ModuleType("spaces")
+spaces.__package__ = "seldinger.gym"
 exec(source, spaces.__dict__)
 registry = {{}}
 class Env:

@@ -31,7 +31,7 @@ def public(thing):
 @pytest.mark.parametrize("thing", [*unmade_simulations(), *unmade_vectors()])
 def test_every_member_of_an_object_before_its_init_raises_an_error(bend, thing):
     given = {"apply": ["beam on"], "restore": [bend.snapshot()], "project": [[[0, 0, 0]]], "save": ["x.gw"],
-             "path_from": [[0, 0, 0]], "step": [np.zeros((1, 1, 2))], "assign": [0, bend], "aim": [0, "LRA"],
+             "path_from": [[0, 0, 0]], "step": [np.zeros((1, 1, 2))], "route": [3, 1.0], "assign": [0, bend], "aim": [0, "LRA"],
              "images": [64], "masks": [64], "image": [64]}
     of_many = isinstance(thing, _core.VectorSimulation)
     if of_many:

@@ -21,7 +21,7 @@ double reach_of(double radius) {
 }
 
 void warned(std::vector<Finding>& findings, std::string text) {
-    findings.push_back({Finding::Kind::Warned, std::move(text)});
+    findings.push_back({Finding::Kind::Warned, std::move(text), Finding::Topic::Ends});
 }
 void noted(std::vector<Finding>& findings, std::string text) {
     findings.push_back({Finding::Kind::Noted, std::move(text)});
@@ -33,13 +33,19 @@ bool inlet_is_closed(const GivenEnds& given, const std::vector<MeshOpening>& end
            });
 }
 
-/// The tip nearest to a place given; none when all are too far.
-const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place) {
+/// The tip nearest to a place given; none when it is farther than its branch is wide: at the facets of a
+/// coarse tip a vessel seems thin.
+const VesselTip* tip_near(const TracedLumen& traced, const Vec3& place) {
+    const std::vector<VesselTip>& tips = traced.tips;
     const auto distance = [&place](const VesselTip& tip) {
         return std::min((tip.apex - place).norm(), (tip.centre - place).norm());
     };
     const auto nearest = std::ranges::min_element(tips, {}, distance);
-    if (nearest == tips.end() || distance(*nearest) > reach_of(nearest->radius)) return nullptr;
+    if (nearest == tips.end()) return nullptr;
+    std::vector<double> radii = traced.branches[nearest->branch].radii;
+    std::ranges::nth_element(radii, radii.begin() + std::ssize(radii) / 2);
+    const double wide = 2 * radii[radii.size() / 2];
+    if (distance(*nearest) > std::max(reach_of(nearest->radius), wide)) return nullptr;
     return &*nearest;
 }
 
@@ -74,7 +80,7 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
         if (std::ranges::none_of(choice.open, same_as(tip))) choice.open.push_back(tip);
     };
     for (const Vec3& place : given.tips) {
-        const VesselTip* tip = tip_near(tips, place);
+        const VesselTip* tip = tip_near(traced, place);
         if (!tip) {
             throw io::InputError(
                 "--end {}: no blind tip is near; {}", io::place_text(place),
@@ -83,13 +89,13 @@ TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, con
         want(*tip);
     }
     if (inlet_is_closed(given, lumen.ends)) {
-        const VesselTip* tip = tip_near(tips, *given.inlet);
+        const VesselTip* tip = tip_near(traced, *given.inlet);
         if (!tip) refuse_far_inlet(*given.inlet, lumen.ends, tips);
         want(*tip);
     }
     if (!given.tips.empty()) return choice;
     // Ends are missing where there are fewer than two, or where the widest vessel is closed.
-    const bool few = lumen.ends.size() < 2;
+    const bool few = given.tubes || lumen.ends.size() < 2;
     const auto missing = [&](double radius) { return few || radius > lumen.ends[0].radius; };
     std::vector<VesselTip> tubes;
     for (const VesselTip& tip : tips) {

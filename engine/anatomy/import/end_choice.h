@@ -14,6 +14,7 @@ namespace anatomy {
 struct GivenEnds {
     std::optional<geometry::Vec3> inlet;  // near the end, or the blind tip, where wires enter
     std::vector<geometry::Vec3> tips;     // near blind tips that are to be cut open
+    bool tubes = false;                   // cut all blind tips open that are ends of tubes
 };
 
 /// Cuts blind tips open: those near the places given; where no tip is given and fewer than two ends are open,

@@ -12,6 +12,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/patient/ct_image.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -66,7 +67,7 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
                             io::place_text(end.opening.centre), end.opening.radius,
                             end.role == EndRole::Inlet ? ", inlet" : "");
     }
-    text += "\n" + organs_text(anatomy);
+    text += "\n" + organs_text(anatomy) + "\n" + summary_of(imported.findings) + "\n";
     return text + fmt::format("\n{}: names may be edited. A scenario to begin with:\n\n", file.string()) +
            scenario;
 }
@@ -80,8 +81,8 @@ std::filesystem::path named_from(const std::filesystem::path& scenario, const st
 }
 
 /// As it would be typed again.
-std::string frame_text(const FileFrame& frame) {
-    std::string text = "axes " + frame.axes;
+std::string frame_text(const FileFrame& frame, const std::string& axes) {
+    std::string text = "axes " + axes;
     if (frame.scale != 1) text += ", scale " + io::number_text(frame.scale);
     for (const std::string& turn : frame.rotations) text += ", rotate " + turn;
     return text;
@@ -104,16 +105,27 @@ void check_outputs(const ImportRequest& request, const std::string& name) {
         outputs.push_back({"--out", request.out / (name + ending)});
     if (!request.scenario.empty()) outputs.push_back({"--scenario", request.scenario});
     std::vector<std::filesystem::path> inputs = request.options.centrelines;
-    inputs.push_back(request.mesh);
+    if (!request.mesh.empty()) inputs.push_back(request.mesh);
+    inputs.insert(inputs.end(), request.mask.masks.begin(), request.mask.masks.end());
+    if (!request.mask.ct.empty()) inputs.push_back(request.mask.ct);
     io::require_distinct(outputs, inputs);
 }
 
-Provenance provenance_of(const ImportRequest& request) {
+Provenance provenance_of(const ImportRequest& request, const std::string& axes) {
     Provenance made = {{"source", "imported"},
                        {"program", request.program},
                        {"mesh", request.mesh.filename().string()},
                        {"unit", request.options.unit},
-                       {"frame", frame_text(request.options.frame)}};
+                       {"frame", frame_text(request.options.frame, axes)}};
+    if (request.mesh.empty()) {
+        std::vector<std::string> masks;
+        for (const std::filesystem::path& file : request.mask.masks)
+            masks.push_back(file.filename().string());
+        made[2] = {"mask",
+                   masks.empty() ? "contrast of " + request.mask.ct.filename().string() : io::joined(masks)};
+        made[3] = {"unit", "mm"};
+        if (!request.mask.labels.empty()) made.emplace_back("labels", io::joined(request.mask.labels));
+    }
     std::vector<std::string> lines, names;
     for (const std::filesystem::path& file : request.options.centrelines)
         lines.push_back(file.filename().string());
@@ -130,7 +142,8 @@ std::span<const FirstWire> first_wires() {
     return wires;
 }
 
-std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& file) {
+std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& file,
+                           const std::filesystem::path& ct, const std::string& series) {
     int entry = 0;
     for (int e = static_cast<int>(anatomy.ends.size()); e-- > 0;)
         if (anatomy.ends[e].role == EndRole::Inlet) entry = e;
@@ -174,35 +187,55 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
         decimal(isocentre.x()), decimal(isocentre.y()), decimal(isocentre.z()));
     if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.diameter); !obstacle.empty())
         text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);
-    if (!anatomy.body)
+    if (!ct.empty())
+        text += fmt::format("\n[patient]\nct = {}\n{}", io::toml_text(ct.string()),
+                            series.empty() ? "" : fmt::format("series = {}\n", io::toml_text(series)));
+    else if (!anatomy.body)
         text +=
             "\n[imaging]\npatient = false  # where in a body this is was not said: anatomy import --body\n";
     return text;
 }
 
-ImportOutcome run_import(const ImportRequest& request) {
-    const std::string name = request.name.empty() ? request.mesh.stem().string() : request.name;
+ImportOutcome run_import(const ImportRequest& given) {
+    ImportRequest request = given;
+    const MaskSource& mask = request.mask;
+    const std::filesystem::path& source = !request.mesh.empty() ? request.mesh
+                                          : mask.masks.empty()  ? mask.ct
+                                                                : mask.masks[0];
+    const std::string name = request.name.empty() ? stem_of_mask(source) : request.name;
     check_anatomy_name(name);
+    if (request.scenario.empty() && !mask.ct.empty()) request.scenario = request.out / (name + ".toml");
     if (std::error_code none;
+        !request.mesh.empty() &&
         std::filesystem::equivalent(request.out / (name + ".stl"), request.mesh, none)) {
         throw io::InputError(request.mesh.string() +
                              ": would be overwritten; expected another folder or another name (--name)");
     }
     check_outputs(request, name);
-    check_scenario_file(request);
+    if (!given.scenario.empty()) check_scenario_file(request);
     if (!request.body.empty()) landmark_of_part(request.body);
     if (request.landmark && request.body.empty())
         throw io::InputError("--landmark was given without --body; expected both");
     const io::OwnFolder own(request.out, name);
     for (const char* ending : {".stl", ".anatomy.json"}) io::require_writable(request.out / (name + ending));
-    ImportedLumen imported = import_lumen(request.mesh, request.options);
+    if (given.scenario.empty()) check_scenario_file(request);
+    ImportedLumen imported = request.mesh.empty() ? import_mask(mask, request.options)
+                                                  : import_lumen(request.mesh, request.options);
+    if (!request.mesh.empty() && !mask.ct.empty()) {
+        if (request.options.progress) request.options.progress(0.97, "reading the CT");
+        for (Finding& finding :
+             compare_with_ct(imported.anatomy.lumen, patient::read_ct(mask.ct, mask.series), mask.ct))
+            imported.findings.push_back(std::move(finding));
+    }
     imported.anatomy.name = name;
     if (!request.body.empty())
         imported.findings.push_back(
             {Finding::Kind::Noted, place_in_part(imported.anatomy, request.body, request.landmark)});
     ImportOutcome outcome;
-    outcome.file = write_anatomy(imported.anatomy, request.out, provenance_of(request));
-    const std::string scenario = first_scenario(imported.anatomy, named_from(request.scenario, outcome.file));
+    outcome.file = write_anatomy(imported.anatomy, request.out, provenance_of(request, imported.axes));
+    const std::string scenario = first_scenario(
+        imported.anatomy, named_from(request.scenario, outcome.file),
+        mask.ct.empty() ? std::filesystem::path() : named_from(request.scenario, mask.ct), mask.series);
     outcome.report = report_of(imported, outcome.file, scenario);
     if (!request.scenario.empty()) io::write_whole(request.scenario, scenario);
     return outcome;

@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/import/lumen_import.h"
+#include "engine/anatomy/import/mask_import.h"
 
 namespace anatomy {
 
@@ -22,16 +23,20 @@ std::span<const FirstWire> first_wires();
 /// TOML that `seldinger run` and `render` take as it is: a wire that passes as far as the target, so much of
 /// it inside that its tip is well within the vessels, and the tip in view. `file` is the anatomy's, as the
 /// scenario names it.
-std::string first_scenario(const Anatomy&, const std::filesystem::path& file);
+/// With a CT, as the scenario names it, that is the patient.
+std::string first_scenario(const Anatomy&, const std::filesystem::path& file,
+                           const std::filesystem::path& ct = {}, const std::string& series = {});
 
 struct ImportRequest {
-    std::filesystem::path mesh, out;
-    std::string name;  // of the files; by default the mesh's
+    std::filesystem::path mesh, out;  // a surface; or none, and the vessel is that of `mask`
+    std::string name;                 // of the files; by default the mesh's or the mask's
+    MaskSource mask;                  // its CT is the patient of the scenario, with a mesh too
     ImportOptions options;
     std::string body;  // part of the body, as place_in_part() takes it; empty = not said
     std::optional<geometry::Vec3> landmark;  // of the body [mm]
-    std::filesystem::path scenario;          // file for the scenario that the report ends with; empty = none
-    std::string program;                     // name and version, for the provenance
+    std::filesystem::path scenario;  // file for the scenario that the report ends with; empty = none, with a
+                                     // CT OUT/NAME.toml
+    std::string program;             // name and version, for the provenance
 };
 
 struct ImportOutcome {

@@ -124,10 +124,24 @@ double unit_in_mm(const std::string& unit) {
                          "; expected --unit mm, cm or m");
 }
 
+/// `otherwise`: why a file is taken so that does not say.
+void note_axes(const std::filesystem::path& file, const TakenAxes& axes, std::vector<Finding>& findings,
+               const char* otherwise) {
+    const bool ras = axes.axes == "ras";
+    findings.push_back(
+        {Finding::Kind::Noted,
+         fmt::format("{} is in {} (+x {}, +y {}), {}", file.filename().string(), ras ? "RAS" : "LPS",
+                     ras ? "right" : "left", ras ? "front" : "back", axes.known ? axes.why : otherwise),
+         Finding::Topic::Axes});
+}
+
 class Import {
 public:
-    Import(std::string name, const ImportOptions& options) : options_(options) {
+    Import(std::string name, const ImportOptions& options, std::string axes, std::vector<Finding> found)
+        : options_(options), axes_(std::move(axes)) {
         result_.anatomy.name = std::move(name);
+        result_.findings = std::move(found);
+        result_.axes = axes_;
     }
 
     ImportedLumen from(const TriangleMesh& given) {
@@ -154,7 +168,7 @@ private:
         TracedLumen traced = trace(lumen, largest, lines, 0.1, 0.4);
         check_false_tips(traced);
         check_slender(traced);
-        const GivenEnds ends{options_.inlet, options_.ends};
+        const GivenEnds ends{options_.inlet, options_.ends, options_.open_tubes};
         const bool opened = open_missing_ends(lumen, traced, ends, result_.findings);
         int inlet = chosen_inlet(lumen.ends, ends, result_.findings);
         if (opened || inlet != largest) traced = trace(lumen, inlet, lines, 0.4, 0.9);
@@ -162,7 +176,10 @@ private:
         prune(lumen, traced, inlet);
         assemble(lumen, traced, inlet);
         compare_radii();
-        give_names(result_.anatomy, given_, options_.names);
+        std::vector<NamedPlace> names = options_.names, targets;
+        read_places(names, targets);
+        append(give_names(result_.anatomy, given_, names));
+        append(give_targets(result_.anatomy, targets));
         report(0.95, "checking the anatomy");
         check_result();
         report(1, "done");
@@ -187,9 +204,13 @@ private:
     }
 
     std::vector<geometry::Polyline> read_lines() {
-        const geometry::Mat3 matrix = to_patient(options_.frame);
         for (const std::filesystem::path& file : options_.centrelines) {
-            std::vector<GivenLine> lines = load_centrelines(file, unit_in_mm(options_.unit));
+            GivenLines read = load_centrelines(file, unit_in_mm(options_.unit));
+            std::vector<GivenLine>& lines = read.lines;
+            const TakenAxes axes = taken_axes(file.string(), read.axes, options_.frame.axes,
+                                              "--axes " + options_.frame.axes, axes_);
+            note_axes(file, axes, result_.findings, "as the mesh is, for it does not say");
+            const geometry::Mat3 matrix = to_patient(options_.frame, axes.axes);
             warned(
                 "the centrelines are {} line{} of {}, recentred; radii are measured on the mesh, whose "
                 "median edge is {:.2f} of the radius",
@@ -203,6 +224,24 @@ private:
         std::vector<geometry::Polyline> lines;
         for (const GivenLine& line : given_) lines.push_back(line.points);
         return lines;
+    }
+
+    /// Points at an end name it; others are targets.
+    void read_places(std::vector<NamedPlace>& of_ends, std::vector<NamedPlace>& targets) {
+        for (const std::filesystem::path& file : options_.places) {
+            const GivenPlaces read = load_places(file);
+            const TakenAxes axes = taken_axes(file.string(), read.axes, options_.frame.axes,
+                                              "--axes " + options_.frame.axes, axes_);
+            note_axes(file, axes, result_.findings, "as the mesh is, for it does not say");
+            const geometry::Mat3 matrix = to_patient(options_.frame, axes.axes);
+            for (const auto& [name, at] : read.places) {
+                const Vec3 place = matrix * at;
+                const bool end = std::ranges::any_of(result_.anatomy.ends, [&](const VesselEnd& each) {
+                    return (each.opening.centre - place).norm() < each.opening.radius;
+                });
+                (end ? of_ends : targets).push_back({name, place});
+            }
+        }
     }
 
     /// Says how radii that came with the lines compare with those measured.
@@ -327,6 +366,7 @@ private:
             "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they stay "
             "in the surface [mm]: {}",
             pruning.length, least, io::joined(pruning.lines));
+        result_.findings.back().topic = Finding::Topic::Removed;
     }
 
     void check_false_tips(const TracedLumen& traced) const {
@@ -350,9 +390,11 @@ private:
         for (const int e : traced.unreached) lost.push_back(io::place_text(ends[e].loop.centroid));
         if (!lost.empty()) {
             throw io::InputError(
-                "no way through the lumen leads from the inlet at {} to the end at {}; expected a lumen in "
-                "one piece",
-                io::place_text(ends[inlet].loop.centroid), io::joined(lost));
+                "no {} from the inlet at {} to the end at {}; expected {}",
+                options_.centrelines.empty() ? "way through the lumen leads"
+                                             : "centreline that was given leads",
+                io::place_text(ends[inlet].loop.centroid), io::joined(lost),
+                options_.centrelines.empty() ? "a lumen in one piece" : "lines to all ends, or none at all");
         }
         if (traced.branches.empty())
             throw io::InputError("no vessel was found inside the surface; expected a lumen");
@@ -431,6 +473,7 @@ private:
     }
 
     const ImportOptions& options_;
+    const std::string axes_;  // of the mesh
     SurfaceFigures figures_;
     std::vector<GivenLine> given_;  // centrelines, in the patient's frame
     ImportedLumen result_;
@@ -438,17 +481,23 @@ private:
 
 }  // namespace
 
-ImportedLumen import_lumen(const TriangleMesh& mesh, const std::string& name, const ImportOptions& options) {
-    return Import(name, options).from(mesh);
+ImportedLumen import_lumen(const TriangleMesh& mesh, const std::string& name, const ImportOptions& options,
+                           const std::string& axes, std::vector<Finding> found) {
+    return Import(name, options, axes, std::move(found)).from(mesh);
 }
 
 ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOptions& options) {
     const double unit = unit_in_mm(options.unit);
-    const geometry::Mat3 matrix = to_patient(options.frame);
+    to_patient(options.frame);  // what is wrong in it is said first
     if (options.progress) options.progress(0, "reading the mesh");
-    TriangleMesh mesh = load_mesh(path);
+    StatedMesh read = load_stated_mesh(path);
+    const TakenAxes axes =
+        taken_axes(path.string(), read.axes, options.frame.axes, "--axes " + options.frame.axes);
+    std::vector<Finding> found;
+    note_axes(path, axes, found, "a guess, for it does not say; --axes ras takes the other");
+    TriangleMesh mesh = std::move(read.mesh);
     for (Vec3& v : mesh.vertices) v *= unit;
-    transform(matrix, mesh.vertices);
+    transform(to_patient(options.frame, axes.axes), mesh.vertices);
     for (const Vec3& v : mesh.vertices)
         if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate))
             throw io::InputError(
@@ -456,7 +505,7 @@ ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOption
                 "unit right?",
                 path.string(), v.x(), v.y(), v.z(), largest_coordinate);
     try {
-        return import_lumen(mesh, path.stem().string(), options);
+        return import_lumen(mesh, path.stem().string(), options, axes.axes, std::move(found));
     } catch (const io::InputError& error) {
         std::string text;
         for (std::size_t at = 0; const char c : std::string(error.what())) {

@@ -189,7 +189,7 @@ public:
         if (is_made_of_steps(mesh_)) {
             // Each step is flat and has a sharp rim, but is no cap.
             smooth(mesh_);
-            mended("the surface is made of the steps of voxels and was smoothed");
+            mended("the surface is made of the steps of voxels and was smoothed", Finding::Topic::Smoothed);
         } else {
             open_caps();
         }
@@ -201,8 +201,13 @@ public:
     }
 
 private:
-    void note(Finding::Kind kind, std::string text) { findings_.push_back({kind, std::move(text)}); }
-    void mended(std::string text) { note(Finding::Kind::Mended, std::move(text)); }
+    using Topic = Finding::Topic;
+    void note(Finding::Kind kind, std::string text, Topic topic = Topic::Other) {
+        findings_.push_back({kind, std::move(text), topic});
+    }
+    void mended(std::string text, Topic topic = Topic::Other) {
+        note(Finding::Kind::Mended, std::move(text), topic);
+    }
 
     void weld_near() {
         Vec3 low = Vec3::Constant(1e300), high = -low;
@@ -326,7 +331,8 @@ private:
             note(Finding::Kind::Warned,
                  fmt::format(
                      "{} edges of three or more triangles, such as at {}: {} triangles there were dropped",
-                     edges, io::place_text(place), count));
+                     edges, io::place_text(place), count),
+                 Topic::Removed);
         }
     }
 
@@ -371,7 +377,8 @@ private:
              fmt::format(
                  "{} pieces apart from the vessel were dropped: {} triangles, {:.2g} % of the surface, "
                  "the largest at {}",
-                 areas.size(), count, fraction, where));
+                 areas.size(), count, fraction, where),
+             Topic::Removed);
         remove(mesh_.triangles, gone);
     }
 
@@ -467,7 +474,8 @@ private:
         if (caps.size() > 10) list += fmt::format(" and {} more", caps.size() - 10);
         mended(fmt::format("{} flat cap{} taken off: {} [mm]:{}", caps.size(),
                            caps.size() == 1 ? " was" : "s were",
-                           caps.size() == 1 ? "the vessel ends there" : "the vessels end there", list));
+                           caps.size() == 1 ? "the vessel ends there" : "the vessels end there", list),
+               Topic::Ends);
     }
 
     TriangleMesh compact() const {
@@ -501,6 +509,22 @@ std::string text_of(const Finding& finding) {
                        : finding.kind == Finding::Kind::Warned ? "note: "
                                                                : "found: ";
     return kind + finding.text;
+}
+
+std::string summary_of(const std::vector<Finding>& findings) {
+    using Topic = Finding::Topic;
+    std::string text = "What was taken and changed:";
+    for (const auto& [topic, name, none] :
+         {std::tuple(Topic::Axes, "axes", "LPS"), std::tuple(Topic::Removed, "removed", "nothing"),
+          std::tuple(Topic::Smoothed, "smoothed", "nothing"),
+          std::tuple(Topic::Ends, "ends cut", "none, all were open"),
+          std::tuple(Topic::Names, "names not used", "none")}) {
+        std::string list;
+        for (const Finding& finding : findings)
+            if (finding.topic == topic) list += (list.empty() ? "" : "; ") + finding.text;
+        text += fmt::format(" {}: {}.", name, list.empty() ? none : list);
+    }
+    return text;
 }
 
 RepairedLumen repaired(const TriangleMesh& mesh) {

@@ -11,11 +11,17 @@ namespace anatomy {
 /// One observation about an anatomy.
 struct Finding {
     enum class Kind { Noted, Mended, Warned };
+    /// Of the paragraph that sums up an import; most findings are not in it.
+    enum class Topic { Other, Axes, Removed, Smoothed, Ends, Names };
     Kind kind = Kind::Noted;
     std::string text;
+    Topic topic = Topic::Other;
 };
 /// "mended: …", "note: …" for a warning, "found: …".
 std::string text_of(const Finding&);
+/// What was taken and changed: a paragraph of the findings with a topic, which says of each topic when there
+/// was nothing.
+std::string summary_of(const std::vector<Finding>&);
 
 struct RepairedLumen {
     geometry::TriangleMesh

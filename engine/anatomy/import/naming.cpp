@@ -34,38 +34,250 @@ double distance_to(const Polyline& line, const Vec3& x) {
     return std::sqrt(least);
 }
 
-/// Fraction of the branch's samples that the line passes, from that one on.
-double fraction_along(const CentrelineBranch& branch, const Polyline& line, std::size_t first) {
-    int near = 0;
-    for (std::size_t i = first; i < branch.points.size(); ++i)
-        near += distance_to(line, branch.points[i]) <= near_radii * branch.radii[i];
-    return static_cast<double>(near) / static_cast<double>(branch.points.size() - first);
+/// A name as files may hold it: without what may not stand in one, and not too long.
+std::string usable(std::string name) {
+    std::erase_if(name, [](char c) { return !may_stand_in_a_name(c); });
+    name = io::as_utf8(name).substr(0, longest_name);
+    while (!io::is_utf8(name)) name.pop_back();  // a character that was cut
+    return name;
 }
 
-/// The name of the line that runs along the branch from that sample on; of several the one that ends nearest
-/// to its end.
-std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine> lines, std::size_t first) {
-    std::string best;
-    double best_fraction = least_fraction, best_gap = std::numeric_limits<double>::infinity();
-    for (const GivenLine& line : lines) {
-        if (line.name.empty()) continue;
-        const double fraction = fraction_along(branch, line.points, first);
-        const double gap = std::min((line.points.front() - branch.points.back()).norm(),
-                                    (line.points.back() - branch.points.back()).norm());
-        const bool better =
-            fraction > best_fraction + 0.05 || (fraction > best_fraction - 0.05 && gap < best_gap);
-        if (fraction < least_fraction || !better) continue;
-        best = line.name, best_fraction = std::max(fraction, best_fraction), best_gap = gap;
+/// All lines of one name.
+struct NamedLines {
+    std::string name, given;  // usable, and as the file has it
+    std::vector<const GivenLine*> lines;
+    bool used = false;
+
+    double distance_to(const Vec3& x) const {
+        double least = std::numeric_limits<double>::infinity();
+        for (const GivenLine* line : lines) least = std::min(least, anatomy::distance_to(line->points, x));
+        return least;
     }
-    std::erase_if(best, [](char c) { return !may_stand_in_a_name(c); });
-    return best.substr(0, longest_name);
+    double gap_to_end(const Vec3& x) const {
+        double least = std::numeric_limits<double>::infinity();
+        for (const GivenLine* line : lines)
+            least = std::min({least, (line->points.front() - x).norm(), (line->points.back() - x).norm()});
+        return least;
+    }
+};
+
+std::vector<NamedLines> by_name(std::span<const GivenLine> lines) {
+    std::vector<NamedLines> all;
+    for (const GivenLine& line : lines) {
+        const std::string name = usable(line.name);
+        if (name.empty()) continue;
+        auto found = std::ranges::find(all, line.name, &NamedLines::given);
+        if (found == all.end()) found = all.insert(all.end(), {name, line.name, {}, false});
+        found->lines.push_back(&line);
+    }
+    return all;
 }
 
-std::string name_by_lines(const CentrelineBranch& branch, std::span<const GivenLine> lines) {
-    // Its start lies in the parent's mouth. A stem may follow several lines: that of its last third names it.
-    const std::size_t count = branch.points.size();
-    const std::string along = name_along(branch, lines, count / 5);
-    return along.empty() ? name_along(branch, lines, count - std::max<std::size_t>(count / 3, 1)) : along;
+/// Samples of a branch from the first to the last by which lines of a name run.
+struct NameRun {
+    int name = -1;  // index of NamedLines; −1 = none
+    int first = 0, last = 0;
+};
+
+double way_between(const CentrelineBranch& branch, int from, int to) {
+    double length = 0;
+    for (int i = from; i < to; ++i) length += (branch.points[i + 1] - branch.points[i]).norm();
+    return length;
+}
+
+/// The longest run of the name along the branch; empty (last < first) when there is none. Gaps are bridged
+/// where most of the samples between have the line near.
+NameRun run_along(const CentrelineBranch& branch, const NamedLines& lines, int name) {
+    Eigen::AlignedBox3d box;
+    for (const GivenLine* line : lines.lines)
+        for (const Vec3& p : line->points) box.extend(p);
+    const int count = static_cast<int>(branch.points.size());
+    std::vector<char> near(branch.points.size(), 0);
+    for (int i = 0; i < count; ++i) {
+        const double reach = near_radii * branch.radii[i];
+        near[i] =
+            box.exteriorDistance(branch.points[i]) <= reach && lines.distance_to(branch.points[i]) <= reach;
+    }
+    const auto first = std::ranges::find(near, 1), last = std::find(near.rbegin(), near.rend(), 1).base();
+    if (first == near.end()) return {name, 0, -1};
+    const auto covered = std::count(first, last, 1);
+    NameRun run{name, static_cast<int>(first - near.begin()), static_cast<int>(last - near.begin()) - 1};
+    if (static_cast<double>(covered) >= least_fraction * static_cast<double>(last - first)) return run;
+    NameRun longest{name, 0, -1};
+    for (int i = 0; i < count; ++i) {
+        if (!near[i]) continue;
+        int end = i;
+        while (end + 1 < count && near[end + 1]) ++end;
+        if (end - i > longest.last - longest.first) longest = {name, i, end};
+        i = end;
+    }
+    return longest;
+}
+
+double width_of(const CentrelineBranch& branch, int from, int to) {
+    double sum = 0;
+    for (int i = from; i <= to; ++i) sum += branch.radii[i];
+    return 2 * sum / (to - from + 1);
+}
+
+/// Where the branch has left its parent's lumen, at most at its middle.
+int own_start(const Anatomy& anatomy, int b) {
+    const CentrelineBranch& branch = anatomy.branches[b];
+    if (branch.parent < 0) return 0;
+    const CentrelineBranch& parent = anatomy.branches[branch.parent];
+    const auto held = [&](const Vec3& x) {
+        for (std::size_t i = 0; i < parent.points.size(); ++i)
+            if ((x - parent.points[i]).norm() < parent.radii[i]) return true;
+        return false;
+    };
+    int i = 0;
+    while (2 * i < static_cast<int>(branch.points.size()) && held(branch.points[i])) ++i;
+    return i;
+}
+
+/// The names along a branch from its start to its end: as few as cover it.
+std::vector<NameRun> pieces_of(const Anatomy& anatomy, int b, const std::vector<NamedLines>& names) {
+    constexpr double long_gap = 3;  // radii without a name
+    const CentrelineBranch& branch = anatomy.branches[b];
+    const int count = static_cast<int>(branch.points.size()), last = count - 1, start = own_start(anatomy, b);
+    const double whole = way_between(branch, start, last);
+    const auto short_gap = [&](int from, int to) {
+        if (to <= from) return true;
+        return way_between(branch, from, to) <= long_gap * 0.5 * width_of(branch, from, to);
+    };
+    std::vector<NameRun> runs;
+    for (int n = 0; n < static_cast<int>(names.size()); ++n) {
+        const NameRun run = run_along(branch, names[n], n);
+        const int first = std::max(run.first, start);
+        if (run.last <= first) continue;
+        const double length = way_between(branch, first, run.last);
+        if (length >= std::min(width_of(branch, first, run.last), 0.5 * whole)) runs.push_back(run);
+    }
+    std::vector<NameRun> pieces;
+    for (int at = start; at < last;) {
+        const NameRun* best = nullptr;
+        for (const NameRun& run : runs) {
+            if (run.last <= at || !short_gap(at, run.first)) continue;
+            const auto gap = [&](const NameRun& r) { return names[r.name].gap_to_end(branch.points.back()); };
+            // Lines that reach about as far: the one that ends there.
+            const bool level =
+                best && short_gap(std::min(best->last, run.last), std::max(best->last, run.last));
+            if (!best || (level ? gap(run) < gap(*best) : run.last > best->last)) best = &run;
+        }
+        if (best) {
+            NameRun piece = *best;
+            piece.first = std::max(piece.first, at);
+            if (!pieces
+                     .empty()) {  // where they overlap, the border is in the middle, but near the end of one
+                NameRun& before = pieces.back();
+                int overlap = before.last - std::max(best->first, before.first + 1);
+                while (overlap > 0 && way_between(branch, before.last - overlap, before.last) >
+                                          0.75 * width_of(branch, before.last - overlap, before.last))
+                    --overlap;
+                if (before.name >= 0 && overlap > 0) before.last -= overlap / 2;
+                if (before.name >= 0 && overlap < 0) before.last = (before.last + piece.first) / 2;
+                piece.first = before.last;
+            }
+            pieces.push_back(piece);
+            at = best->last;
+            continue;
+        }
+        int next = last;
+        for (const NameRun& run : runs)
+            if (run.first > at) next = std::min(next, run.first);
+        pieces.push_back({-1, pieces.empty() ? 0 : pieces.back().last, next});
+        at = next;
+    }
+    // A rest without a name that is short belongs to the name before it.
+    if (pieces.size() > 1 && pieces.back().name < 0 && short_gap(pieces.back().first, last))
+        pieces.pop_back();
+    if (pieces.empty()) pieces.push_back({-1, 0, last});
+    pieces.front().first = 0;
+    pieces.back().last = last;
+    for (std::size_t k = 1; k < pieces.size(); ++k) pieces[k].first = pieces[k - 1].last;
+    std::erase_if(pieces, [](const NameRun& piece) { return piece.last <= piece.first; });
+    return pieces;
+}
+
+/// Cuts branches where names end, and gives the parts those names; others keep theirs. A part starts at the
+/// last sample of the one before.
+void split_at_names(Anatomy& anatomy, std::vector<NamedLines>& names, std::vector<std::string>& by_line) {
+    std::vector<CentrelineBranch> split;
+    std::vector<VesselTarget> targets;
+    struct Part {
+        int branch, first, last;
+    };
+    std::vector<std::vector<Part>> parts(anatomy.branches.size());
+    for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const CentrelineBranch& branch = anatomy.branches[b];
+        for (const NameRun& piece : pieces_of(anatomy, b, names)) {
+            CentrelineBranch part;
+            part.points.assign(branch.points.begin() + piece.first, branch.points.begin() + piece.last + 1);
+            part.radii.assign(branch.radii.begin() + piece.first, branch.radii.begin() + piece.last + 1);
+            if (!parts[b].empty()) {
+                part.parent = parts[b].back().branch;
+                part.parent_sample = parts[b].back().last - parts[b].back().first;
+            } else if (branch.parent >= 0) {
+                for (const Part& of : parts[branch.parent]) {
+                    part.parent = of.branch;
+                    part.parent_sample = branch.parent_sample - of.first;
+                    if (branch.parent_sample <= of.last) break;
+                }
+            }
+            part.name = parts[b].empty() ? branch.name : "";
+            by_line.push_back(piece.name >= 0 ? names[piece.name].name : "");
+            if (piece.name >= 0) names[piece.name].used = true;
+            parts[b].push_back({static_cast<int>(split.size()), piece.first, piece.last});
+            split.push_back(std::move(part));
+        }
+    }
+    for (const VesselTarget& target : anatomy.targets) {
+        const std::vector<Part>& of = parts[target.branch];
+        for (std::size_t k = of.size(); k-- > 0;) {  // the last first: the way to it is the longest
+            const int count = of[k].last - of[k].first;
+            const int sample = of.size() == 1 ? target.sample : count * 9 / 10;
+            targets.push_back(
+                {split[of[k].branch].name, split[of[k].branch].points[sample], of[k].branch, sample});
+        }
+    }
+    anatomy.branches = std::move(split);
+    anatomy.targets = std::move(targets);
+    std::set<std::string> taken;
+    for (const CentrelineBranch& branch : anatomy.branches) taken.insert(branch.name);
+    for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
+        std::string& name = anatomy.branches[b].name;
+        for (std::size_t number = b + 1; name.empty(); ++number)
+            if (std::string free = fmt::format("B{}", number); taken.insert(free).second) name = free;
+    }
+}
+
+/// Makes a target of every name that no branch has, where its line runs longest.
+void name_places(Anatomy& anatomy, std::vector<NamedLines>& names, std::vector<Finding>& findings) {
+    for (int n = 0; n < static_cast<int>(names.size()); ++n) {
+        if (names[n].used) continue;
+        NameRun best;
+        int on = -1;
+        double longest = -1;
+        for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+            const NameRun run = run_along(anatomy.branches[b], names[n], n);
+            if (run.last < run.first) continue;
+            const double length = way_between(anatomy.branches[b], run.first, run.last);
+            if (length > longest) longest = length, best = run, on = b;
+        }
+        if (on < 0) {
+            findings.push_back({Finding::Kind::Warned,
+                                fmt::format("'{}': its line runs along no vessel", names[n].name),
+                                Finding::Topic::Names});
+            continue;
+        }
+        const int sample = best.first + (best.last - best.first) * 9 / 10;
+        anatomy.targets.push_back({names[n].name, anatomy.branches[on].points[sample], on, sample});
+        findings.push_back(
+            {Finding::Kind::Noted,
+             fmt::format("the name '{}' is a target, {:.1f} mm from the start of a branch, not a "
+                         "branch: its line runs along {:.1f} mm where another runs farther",
+                         names[n].name, way_between(anatomy.branches[on], 0, sample), longest)});
+    }
 }
 
 std::string without_side(const std::string& name) {
@@ -174,17 +386,20 @@ NamedPlace parse_named_place(const std::string& text) {
     return place;
 }
 
-void give_names(Anatomy& anatomy, std::span<const GivenLine> lines, std::span<const NamedPlace> places) {
-    const std::size_t branches = anatomy.branches.size(), ends = anatomy.ends.size();
+std::vector<Finding> give_names(Anatomy& anatomy, std::span<const GivenLine> lines,
+                                std::span<const NamedPlace> places) {
+    std::vector<Finding> findings;
+    std::vector<NamedLines> lines_by_name = by_name(lines);
+    std::vector<std::string> along;  // names of lines along each branch, or none
+    split_at_names(anatomy, lines_by_name, along);
+    const std::size_t branches = anatomy.branches.size(), ends = anatomy.ends.size(),
+                      own_targets = anatomy.targets.size();
     const std::vector<std::string> chosen = names_of_ends(anatomy, places);
-    std::vector<std::string> names(branches), targets(branches), end_names(ends);
+    std::vector<std::string> names(branches), end_names(ends);
     std::vector<bool> by_user(branches, false), end_by_user(ends, false);
-    std::vector<bool> by_line(branches, false);
-    for (std::size_t b = 0; b < branches; ++b) {
-        const std::string along = name_by_lines(anatomy.branches[b], lines);
-        by_line[b] = !along.empty();
-        names[b] = targets[b] = by_line[b] ? along : anatomy.branches[b].name;
-    }
+    for (std::size_t b = 0; b < branches; ++b)
+        names[b] = along[b].empty() ? anatomy.branches[b].name : along[b];
+    std::vector<std::string> targets = names;
     // Outlets first: what lies behind one decides its branch's name.
     for (const EndRole role : {EndRole::Outlet, EndRole::Inlet}) {
         for (std::size_t e = 0; e < ends; ++e) {
@@ -198,29 +413,70 @@ void give_names(Anatomy& anatomy, std::span<const GivenLine> lines, std::span<co
             by_user[b] = true;
         }
     }
-    make_unique(names, by_user);
+    for (std::size_t b = 0; b < branches; ++b)
+        if (by_user[b] && !along[b].empty() && names[b] != along[b])
+            findings.push_back({Finding::Kind::Warned,
+                                fmt::format("'{}': --name calls its branch '{}'", along[b], names[b]),
+                                Finding::Topic::Names});
+    name_places(anatomy, lines_by_name, findings);
+    for (std::size_t t = own_targets; t < anatomy.targets.size(); ++t) {
+        targets.push_back(anatomy.targets[t].name);
+        by_user.push_back(false);
+    }
+    const std::vector<std::string> wanted = names, wanted_targets = targets;
+    make_unique(names, {by_user.begin(), by_user.begin() + static_cast<std::ptrdiff_t>(branches)});
     make_unique(targets, by_user);
+    const auto renamed = [&](const std::string& from, const std::string& to) {
+        findings.push_back({Finding::Kind::Noted, fmt::format("the name '{}' became '{}'", from, to)});
+    };
+    for (const NamedLines& named : lines_by_name)
+        if (named.given != named.name) renamed(io::as_utf8(named.given), named.name);
+    for (std::size_t b = 0; b < branches; ++b)
+        if (names[b] != wanted[b]) renamed(wanted[b], names[b]);
+    for (std::size_t t = branches; t < targets.size(); ++t)
+        if (targets[t] != wanted_targets[t]) renamed(wanted_targets[t], targets[t]);
     for (std::size_t e = 0; e < ends; ++e) {
         const auto b = static_cast<std::size_t>(branch_at(anatomy, anatomy.ends[e]));
         end_by_user[e] = !chosen[e].empty();
         end_names[e] = end_by_user[e] ? chosen[e]
-                       : by_line[b]   ? names[b] + (anatomy.ends[e].role == EndRole::Inlet ? ".in" : ".out")
-                                      : anatomy.ends[e].opening.name;
+                       : !along[b].empty()
+                           ? names[b] + (anatomy.ends[e].role == EndRole::Inlet ? ".in" : ".out")
+                           : anatomy.ends[e].opening.name;
     }
     make_unique(end_names, end_by_user);
-    for (VesselTarget& target : anatomy.targets)
-        target.name = targets[static_cast<std::size_t>(target.branch)];
+    for (std::size_t t = 0; t < anatomy.targets.size(); ++t)
+        anatomy.targets[t].name = t < own_targets
+                                      ? targets[static_cast<std::size_t>(anatomy.targets[t].branch)]
+                                      : targets[branches + t - own_targets];
     for (std::size_t b = 0; b < branches; ++b) anatomy.branches[b].name = names[b];
     for (std::size_t e = 0; e < ends; ++e) anatomy.ends[e].opening.name = end_names[e];
+    return findings;
 }
 
-Mat3 to_patient(const FileFrame& frame) {
+std::vector<Finding> give_targets(Anatomy& anatomy, std::span<const NamedPlace> places) {
+    std::vector<Finding> findings;
+    for (const NamedPlace& given : places) {
+        const std::string name = usable(given.name);
+        const VesselPlace place = nearest_place(anatomy, given.at);
+        if (place.distance > 0 || name.empty()) {
+            findings.push_back({Finding::Kind::Warned,
+                                fmt::format("'{}': {} is {:.1f} mm outside the lumen", name,
+                                            io::place_text(given.at), place.distance),
+                                Finding::Topic::Names});
+            continue;
+        }
+        std::erase_if(anatomy.targets, [&](const VesselTarget& target) { return target.name == name; });
+        anatomy.targets.push_back(
+            {name, anatomy.branches[place.branch].points[place.sample], place.branch, place.sample});
+    }
+    return findings;
+}
+
+Mat3 to_patient(const FileFrame& frame, const std::string& axes) {
     if (!(frame.scale >= 1e-6 && frame.scale <= 1e6))
         throw io::InputError("--scale: {} was found; expected 1e-6 to 1e6", frame.scale);
-    if (frame.axes != "lps" && frame.axes != "ras")
-        throw io::InputError("--axes: '{}' was found; expected lps or ras", frame.axes.substr(0, 40));
     Mat3 matrix = frame.scale * Mat3::Identity();
-    if (frame.axes == "ras") matrix = (Vec3(-1, -1, 1).asDiagonal() * matrix).eval();
+    if (axes == "ras") matrix = (Vec3(-1, -1, 1).asDiagonal() * matrix).eval();
     for (const std::string& text : frame.rotations) matrix = (rotation(text) * matrix).eval();
     return matrix;
 }

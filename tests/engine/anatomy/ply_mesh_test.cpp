@@ -100,4 +100,16 @@ TEST(PlyMesh, SaysWhatIsWrongAndWhere) {
         EXPECT_NE(said(binary.substr(0, length)), "") << length;
 }
 
+TEST(PlyMesh, StripsBecomeTriangles) {
+    const std::string head =
+        "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 2 0\n";
+    const geometry::TriangleMesh mesh = parse_ply(head + "8 0 1 2 3 -1 2 3 4\n", "strips.ply");
+    const std::vector<std::array<int, 3>> expected = {{0, 1, 2}, {2, 1, 3}, {2, 3, 4}};
+    EXPECT_EQ(mesh.triangles, expected);
+    test::expect_refusal([&] { parse_ply(head + "3 0 1 5\n", "strips.ply"); },
+                         "strip 0 names corner 5; expected 0 to 4, or -1 between two strips");
+}
+
 }  // namespace anatomy

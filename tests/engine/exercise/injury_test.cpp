@@ -9,6 +9,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/grade.h"
 #include "engine/exercise/imaging.h"
 #include "engine/exercise/score_file.h"
 #include "engine/run/headless.h"

@@ -145,7 +145,9 @@ TEST_F(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
         {header("short", "LPS", "encoding: lzma\n\n") + listed, "raw, gzip, bzip2, hex or ascii"},
         {header("short", "LPS", "endian: little\nencoding: bzip2\n\n") + listed,
          "the compressed data are damaged"},
-        {header("short", "LPS", "endian: little\nencoding: hex\n\n") + "18FC 0000 28 0x 0000 0000 0000 0000 0000 0000", "are damaged"},
+        {header("short", "LPS", "endian: little\nencoding: hex\n\n") +
+             "18FC 0000 28 0x 0000 0000 0000 0000 0000 0000",
+         "are damaged"},
         {header("short", "LPS", "encoding: ascii\nline skip: 3\n\n") + listed, "the file ends after"},
         {header("short", "LPS", "endian: little\nencoding: raw\ndata file: s%d.raw 1 3\n"),
          "such as slice%03d.raw 1 65 1"},

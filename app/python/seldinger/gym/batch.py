@@ -102,9 +102,9 @@ class Batch:
             if number is None or number < least or (most is not None and number > most):
                 raise InputError(f"{name}: {value!r} was given; expected a whole number of {least} "
                                  + ("or more" if most is None else f"to {most}"))
-        for name, value in (("resolution_mm", resolution_mm), ("route_spacing_mm", route_spacing_mm)):
-            if not is_number(value) or not 0 < value <= 100:
-                raise InputError(f"{name}: {value!r} was given; expected a number above 0, up to 100")
+        for name, spacing in (("resolution_mm", resolution_mm), ("route_spacing_mm", route_spacing_mm)):
+            if not is_number(spacing) or not 0 < spacing <= 100:
+                raise InputError(f"{name}: {spacing!r} was given; expected a number above 0, up to 100")
         self.stand = (stand,) if isinstance(stand, str) else tuple(stand) if isinstance(stand, (list, tuple)) else (stand,)
         if any(part not in tuple(STAND_SPEED) or self.stand.count(part) > 1 for part in self.stand):
             raise InputError(f"stand: {stand!r} was given; expected a list of these: " + ", ".join(STAND_SPEED))

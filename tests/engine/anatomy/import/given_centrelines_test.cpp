@@ -39,7 +39,7 @@ using GivenCentrelines = test::InFolder;
 TEST_F(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     PolyData data = two_lines();
     write(folder / "a.VTP", test::VtpText({"appended", true, true}).of(data));
-    std::vector<GivenLine> lines = load_centrelines(folder / "a.VTP", 10);
+    std::vector<GivenLine> lines = load_centrelines(folder / "a.VTP", 10).lines;
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_EQ(lines[0].name, "group4");
     EXPECT_EQ(lines[1].name, "group7");
@@ -48,7 +48,7 @@ TEST_F(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     EXPECT_NEAR(lines[1].radii[2], 6, 1e-12);
     data.of_cells = {{"Names", {}, {"LCCA", "LICA"}}};
     write(folder / "b.vtk", test::legacy_vtk(data, true, false));
-    lines = load_centrelines(folder / "b.vtk", 1);
+    lines = load_centrelines(folder / "b.vtk", 1).lines;
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_EQ(lines[0].name + lines[1].name, "LCCALICA");
     data.lines.clear();
@@ -61,14 +61,14 @@ TEST_F(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
                                         "/><tangent x=\"0\" y=\"0\" z=\"1\" />"
                                         "</path_point><path_point id=\"1\"><pos x=\"1.5\" y=\"-2e0\" z=\"3\" "
                                         "/></path_point></path_points>"));
-    const std::vector<GivenLine> lines = load_centrelines(folder / "aorta.pth", 10);
+    const std::vector<GivenLine> lines = load_centrelines(folder / "aorta.pth", 10).lines;
     ASSERT_EQ(lines.size(), 1u);
     EXPECT_EQ(lines[0].name, "aorta");
     ASSERT_EQ(lines[0].points.size(), 2u);
     EXPECT_EQ(lines[0].points[1], Vec3(15, -20, 30));
     EXPECT_TRUE(lines[0].radii.empty());
     write(folder / "control.pth", sv_path(""));
-    EXPECT_EQ(load_centrelines(folder / "control.pth", 1)[0].points[1], Vec3(9, 0, 0));
+    EXPECT_EQ(load_centrelines(folder / "control.pth", 1).lines[0].points[1], Vec3(9, 0, 0));
     write(folder / "bad.pth",
           sv_path("<path_points><path_point><pos x=\"1\" y=\"two\" z=\"3\"/></path_point></path_points>"));
     test::expect_refusal([&] { load_centrelines(folder / "bad.pth", 1); },
@@ -80,13 +80,13 @@ TEST_F(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
 
 TEST_F(GivenCentrelines, NamesOfJsonAndCsvAreKept) {
     write(folder / "a.json", "{\"LCCA\":[[0,0,0,1],[1,2,0,1.5]],\"LICA\":[[1,2,0],[3,2,0]]}");
-    const std::vector<GivenLine> json = load_centrelines(folder / "a.json", 10);
+    const std::vector<GivenLine> json = load_centrelines(folder / "a.json", 10).lines;
     ASSERT_EQ(json.size(), 2u);
     EXPECT_EQ(json[0].name, "LCCA");
     EXPECT_EQ(json[0].radii, (std::vector<double>{10, 15}));
     EXPECT_EQ(json[1].name, "LICA");
     write(folder / "a.csv", "branch,x_mm,y_mm,z_mm,r_mm\nb,0,0,0,2\nb,1,0,0,3\n");
-    const std::vector<GivenLine> csv = load_centrelines(folder / "a.csv", 10);
+    const std::vector<GivenLine> csv = load_centrelines(folder / "a.csv", 10).lines;
     EXPECT_EQ(csv[0].name, "b");
     EXPECT_EQ(csv[0].radii, (std::vector<double>{2, 3}));
 }

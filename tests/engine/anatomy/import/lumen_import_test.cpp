@@ -350,7 +350,7 @@ TEST_F(GivenCentrelines, SayWhatIsAccepted) {
     test::expect_said(text_for("a.json", "{}"), "no line of two points");
     test::expect_said(text_for("a.json", "{}"), "branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData");
     test::write(folder / "b.json", "{\"b\":[[0,0,0,1],[1,2,0,1]]}");
-    EXPECT_EQ(load_centrelines(folder / "b.json", 10)[0].points[1], Vec3(10, 20, 0));
+    EXPECT_EQ(load_centrelines(folder / "b.json", 10).lines[0].points[1], Vec3(10, 20, 0));
 }
 
 TEST(AnatomyCheck, NamesWhatFails) {

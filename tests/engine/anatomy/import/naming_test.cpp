@@ -1,6 +1,8 @@
 #include "engine/anatomy/import/naming.h"
 
 #include <fmt/format.h>
+#include <random>
+#include <set>
 
 #include "engine/anatomy/import/lumen_import.h"
 #include "tests/engine/anatomy/trees.h"
@@ -73,12 +75,132 @@ TEST(Naming, BranchesTakeTheNamesOfTheLinesAlongThem) {
     const GivenLine first{"aorta", {Vec3(1, 0, 0), Vec3(10, 0, 0)}, {}},
         middle{"LCIA", {Vec3(11, 0, 0), Vec3(18, 0, 0)}, {}},
         last{"LEIA", {Vec3(21, 0, 0), Vec3(29, 0, 0)}, {}};
-    EXPECT_EQ(named({}, {first, middle, last}), "LEIA B2 LEIA.in LEIA.out END3 LEIA B2 ");
+    EXPECT_EQ(named({}, {first, middle, last}),
+              "aorta LCIA LEIA B2 aorta.in LEIA.out END3 LEIA LCIA aorta B2 ");
     const GivenLine far{"far", {Vec3(0, 50, 0), Vec3(30, 50, 0)}, {}};
     EXPECT_EQ(named({}, {far}), "B1 B2 END1 END2 END3 B1 B2 ");
     GivenLine other = side;
     other.name = "aorta";
     EXPECT_EQ(named({}, {stem, other}), "aorta aorta_2 aorta.in aorta.out aorta_2.out aorta aorta_2 ");
+}
+
+namespace {
+
+/// A tree of straight tubes: a stem along x, and children that leave it along y, each three radii apart.
+Anatomy comb(int children) {
+    Anatomy anatomy;
+    const auto add = [&](const Vec3& from, const Vec3& way, int count, double radius, int parent,
+                         int sample) {
+        geometry::CentrelineBranch branch;
+        branch.name = fmt::format("B{}", anatomy.branches.size() + 1);
+        branch.parent = parent, branch.parent_sample = sample;
+        for (int i = 0; i <= count; ++i) {
+            branch.points.push_back(from + i * way);
+            branch.radii.push_back(radius);
+        }
+        anatomy.targets.push_back({branch.name, branch.points[static_cast<std::size_t>(count * 9 / 10)],
+                                   static_cast<int>(anatomy.branches.size()), count * 9 / 10});
+        anatomy.branches.push_back(branch);
+        VesselEnd end;
+        end.opening.name = fmt::format("END{}", anatomy.ends.size() + 2);
+        end.opening.centre = branch.points.back();
+        end.opening.outward_normal = way.normalized();
+        end.opening.radius = radius;
+        anatomy.ends.push_back(end);
+    };
+    add(Vec3(0, 0, 0), Vec3(1, 0, 0), 200, 4, -1, -1);
+    for (int c = 0; c < children; ++c) add(Vec3(20 + 12 * c, 0, 0), Vec3(0, 1, 0), 60, 2, 0, 20 + 12 * c);
+    VesselEnd inlet;
+    inlet.opening.name = "END1";
+    inlet.opening.outward_normal = -Vec3::UnitX();
+    inlet.opening.radius = 4;
+    inlet.role = EndRole::Inlet;
+    anatomy.ends.insert(anatomy.ends.begin(), inlet);
+    return anatomy;
+}
+
+}  // namespace
+
+TEST(Naming, EveryNameOfALineIsABranchOrATargetOrItsLossIsTold) {
+    std::mt19937 random(5);
+    const auto up_to = [&](int most) { return static_cast<int>(random() % static_cast<unsigned>(most + 1)); };
+    int split = 0, places = 0, lost = 0;
+    for (int trial = 0; trial < 1000; ++trial) {
+        const int children = up_to(6);
+        Anatomy anatomy = comb(children);
+        std::vector<GivenLine> lines;
+        const auto add = [&](geometry::Polyline points) {
+            for (Vec3& p : points) p += Vec3(up_to(8) - 4, up_to(8) - 4, up_to(8) - 4) / 10;
+            lines.push_back({fmt::format("line {}", lines.size()), std::move(points), {}});
+        };
+        // Pieces of the stem one after the other, whole ways from the inlet, children, lines elsewhere.
+        for (int from = up_to(30); from < 190;) {
+            const int to = std::min(200, from + 1 + up_to(120));
+            if (up_to(4) > 0) add({Vec3(from, 0, 0), Vec3(0.5 * (from + to), 0, 0), Vec3(to, 0, 0)});
+            from = to + (up_to(3) == 0 ? up_to(40) : 0);
+        }
+        for (int c = 0; c < children; ++c) {
+            const double x = 20 + 12 * c;
+            if (up_to(2) == 0) add({Vec3(0, 0, 0), Vec3(x, 0, 0), Vec3(x, 60, 0)});
+            if (up_to(2) == 0) add({Vec3(x, up_to(5), 0), Vec3(x, 10 + up_to(50), 0)});
+        }
+        if (up_to(3) == 0) add({Vec3(0, -50, 0), Vec3(30, -50, 0)});
+        std::shuffle(lines.begin(), lines.end(), random);
+        const std::size_t before = anatomy.branches.size();
+        std::string told;
+        for (const Finding& finding : give_names(anatomy, lines, {})) told += text_of(finding) + "\n";
+        split += static_cast<int>(anatomy.branches.size() - before);
+        for (const GivenLine& line : lines) {
+            const bool branch = std::ranges::find(anatomy.branches, line.name, &CentrelineBranch::name) !=
+                                anatomy.branches.end();
+            const auto target = std::ranges::find(anatomy.targets, line.name, &VesselTarget::name);
+            places += !branch && target != anatomy.targets.end();
+            lost += !branch && target == anatomy.targets.end();
+            EXPECT_TRUE(branch || target != anatomy.targets.end() ||
+                        told.find("'" + line.name + "'") != std::string::npos)
+                << trial << ": " << line.name << "\n"
+                << told;
+        }
+        // What was one branch is a chain of parts that goes on from sample to sample.
+        double length = 0;
+        std::set<std::string> names;
+        for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
+            const CentrelineBranch& part = anatomy.branches[b];
+            EXPECT_TRUE(names.insert(part.name).second) << trial << ": " << part.name;
+            ASSERT_GE(part.points.size(), 2u);
+            for (std::size_t i = 1; i < part.points.size(); ++i)
+                length += (part.points[i] - part.points[i - 1]).norm();
+            if (part.parent < 0) continue;
+            ASSERT_LT(part.parent, static_cast<int>(b));
+            EXPECT_EQ(anatomy.branches[static_cast<std::size_t>(part.parent)]
+                          .points[static_cast<std::size_t>(part.parent_sample)],
+                      part.points.front())
+                << trial;
+            EXPECT_LT(geometry::joined_branch(anatomy.branches, anatomy.openings(), static_cast<int>(b)), 0);
+        }
+        EXPECT_NEAR(length, 200 + 60 * children, 1e-9);
+        for (const VesselTarget& target : anatomy.targets)
+            EXPECT_EQ(anatomy.branches[static_cast<std::size_t>(target.branch)]
+                          .points[static_cast<std::size_t>(target.sample)],
+                      target.centre);
+    }
+    EXPECT_GT(split, 1000);
+    EXPECT_GT(places, 100);
+    EXPECT_GT(lost, 100);
+}
+
+TEST(Naming, ABranchEndsWhereANameEnds) {
+    Anatomy anatomy = comb(2);
+    const GivenLine trunk{"trunk", {Vec3(0, 0, 0), Vec3(80, 0, 0)}, {}},
+        left{"left", {Vec3(80, 0, 0), Vec3(199, 0, 0)}, {}},
+        side{"side", {Vec3(32, 0, 0), Vec3(32, 58, 0)}, {}};
+    const std::vector<Finding> said = give_names(anatomy, std::vector{trunk, left, side}, {});
+    EXPECT_TRUE(said.empty()) << text_of(said[0]);
+    EXPECT_EQ(all_names(anatomy), "trunk left B2 side trunk.in left.out END3 side.out left trunk B2 side ");
+    EXPECT_NEAR(anatomy.branches[0].points.back().x(), 80, 1.5);
+    EXPECT_EQ(anatomy.branches[1].parent, 0);
+    EXPECT_EQ(anatomy.branches[3].parent, 0);
+    EXPECT_EQ(anatomy.branches[3].parent_sample, 32);
 }
 
 TEST(Naming, WhatCannotBeNamedIsRefused) {
@@ -94,16 +216,17 @@ TEST(Naming, WhatCannotBeNamedIsRefused) {
 }
 
 TEST(FileFrame, AxesScaleAndTurnsLeadToThePatient) {
-    const auto place = [](const FileFrame& frame) -> Vec3 { return to_patient(frame) * Vec3(1, 2, 3); };
+    const auto place = [](const FileFrame& frame) -> Vec3 {
+        return to_patient(frame, frame.axes) * Vec3(1, 2, 3);
+    };
     EXPECT_EQ(place({}), Vec3(1, 2, 3));
     EXPECT_EQ(place({2, "ras", {}}), Vec3(-2, -4, 6));
     EXPECT_EQ(place({1, "lps", {"z:90"}}), Vec3(-2, 1, 3));
     EXPECT_EQ(place({1, "lps", {"z:90", "x:-90"}}), Vec3(-2, 3, -1));
-    EXPECT_NEAR(to_patient({3, "ras", {"y:33"}}).determinant(), 27, 1e-12);
+    EXPECT_NEAR(to_patient({3, "", {"y:33"}}, "ras").determinant(), 27, 1e-12);
     for (const char* wrong : {"", "z", "z:", "w:90", "z:nan", "z:400", "90"})
-        test::expect_refusal([&] { to_patient({1, "lps", {wrong}}); }, "--rotate");
-    test::expect_refusal([] { to_patient({0, "lps", {}}); }, "--scale: 0 was found");
-    test::expect_refusal([] { to_patient({1, "RAS", {}}); }, "--axes: 'RAS' was found; expected lps or ras");
+        test::expect_refusal([&] { to_patient({1, "", {wrong}}); }, "--rotate");
+    test::expect_refusal([] { to_patient({0, "", {}}); }, "--scale: 0 was found");
 }
 
 TEST(FileFrame, MeshCentrelinesAndPlacesMeetInThePatient) {
