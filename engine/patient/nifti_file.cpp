@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fmt/format.h>
@@ -146,29 +147,29 @@ std::vector<LabelImage::Name> names_in(std::string_view text) {
     return names;
 }
 
-/// The file of a header .hdr that has its samples: beside it, .img or .img.gz.
-fs::path image_of(const fs::path& header) {
-    fs::path base = header;
+/// The extension without .gz, in lower case.
+std::string kind_of(fs::path path) {
+    if (path.extension() == ".gz") path.replace_extension();
+    return io::lower_case(path.extension().string());
+}
+
+/// The other file of a pair .hdr and .img, beside it.
+fs::path beside(const fs::path& path, const std::string& kind) {
+    fs::path base = path;
     if (base.extension() == ".gz") base.replace_extension();
+    std::string upper = kind;
+    for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     std::error_code failed;
-    for (const char* ending : {".img", ".img.gz", ".IMG"})
+    for (const std::string& ending : {kind, kind + ".gz", upper})
         if (const fs::path file = fs::path(base).replace_extension(ending); fs::is_regular_file(file, failed))
             return file;
-    refuse_ct(header, "no file with its samples lies beside it",
-              fmt::format("expected {}", fs::path(base).replace_extension(".img").filename().string()));
+    refuse_ct(path, kind == ".img" ? "no file with its samples lies beside it" : "no header lies beside it",
+              fmt::format("expected {}", fs::path(base).replace_extension(kind).filename().string()));
 }
 
 /// The header of a pair, whichever of the two was named.
 fs::path header_of(const fs::path& path) {
-    fs::path base = path;
-    if (base.extension() == ".gz") base.replace_extension();
-    if (base.extension() != ".img" && base.extension() != ".IMG") return path;
-    std::error_code failed;
-    for (const char* ending : {".hdr", ".hdr.gz", ".HDR"})
-        if (const fs::path file = fs::path(base).replace_extension(ending); fs::is_regular_file(file, failed))
-            return file;
-    refuse_ct(path, "no header lies beside it",
-              fmt::format("expected {}", fs::path(base).replace_extension(".hdr").filename().string()));
+    return kind_of(path) == ".img" ? beside(path, ".hdr") : path;
 }
 
 /// `between` takes what lies between header and samples.
@@ -209,7 +210,7 @@ void read_nifti_parts(const fs::path& given, std::vector<std::string>& notes, co
         between(source, static_cast<std::uint64_t>(header.data_begin) - taken);
         return samples(source, path, grid, *sample_type(image.datatype), big_endian, rescale);
     }
-    const fs::path file = image_of(path);
+    const fs::path file = beside(path, ".img");
     ByteSource data(file, 0, packing(file));
     data.skip(static_cast<std::uint64_t>(header.data_begin));
     samples(data, file, grid, *sample_type(image.datatype), big_endian, rescale);
@@ -218,11 +219,9 @@ void read_nifti_parts(const fs::path& given, std::vector<std::string>& notes, co
 }  // namespace
 
 std::vector<fs::path> nifti_data_files(const fs::path& path) {
-    const fs::path header = header_of(path);
-    fs::path base = header;
-    if (base.extension() == ".gz") base.replace_extension();
-    if (base.extension() != ".hdr" && base.extension() != ".HDR") return {};
-    return {header == path ? image_of(header) : header};
+    const std::string kind = kind_of(path);
+    if (kind != ".hdr" && kind != ".img") return {};
+    return {beside(path, kind == ".hdr" ? ".img" : ".hdr")};
 }
 
 CtImage read_nifti(const fs::path& path, const Progress& progress) {

@@ -1,6 +1,7 @@
 #include "engine/anatomy/import/mask_surface.h"
 
 #include <Eigen/Geometry>
+#include <cstdio>
 #include <random>
 
 #include "engine/anatomy/import/mask_import.h"
@@ -65,8 +66,13 @@ const Tube upright{Vec3(0.2, 0.1, 0), Vec3::UnitZ(), Vec3::UnitX(), 4, 0};
 
 }  // namespace
 
+/// The goal is 0.1 voxel for each. Where voxels lie in step along a tube, as in one along the grid, their
+/// stairs do not cancel, and up to 0.2 is left (docs/author/own-mesh.md says so): that is the limit of a
+/// single tube.
 TEST(MaskSurface, IsThatOfTheTube) {
-    std::mt19937 random(3);
+    constexpr unsigned seed = 3;
+    std::printf("seed %u\n", seed);
+    std::mt19937 random(seed);
     const auto between = [&](double low, double high) {
         return low + (high - low) * (random() / 4294967296.0);
     };
