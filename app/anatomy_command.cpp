@@ -234,6 +234,12 @@ void AnatomyCommand::add_import() {
             "Points of 3D Slicer (.mrk.json): one at an end names it as --name does, another is a target "
             "by its label; again for more files")
         ->type_name("FILE");
+    import_
+        ->add_option(
+            "--view", request.view,
+            "C-arm of the scenario, as points of 3D Slicer (.mrk.json) in this order: focal spot, isocentre "
+            "(may be left out), middle of the detector")
+        ->type_name("FILE");
     import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")
         ->required()
         ->type_name("FOLDER");

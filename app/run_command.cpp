@@ -20,7 +20,7 @@ struct RunArguments {
                                                               dicom_patient;
     std::vector<std::string> truth_of;
     int every = 1;
-    bool panel = false, truth = false;
+    bool panel = false, truth = false, slicer = false;
 };
 
 int run_scenario(const RunArguments& arguments) {
@@ -49,6 +49,7 @@ int run_scenario(const RunArguments& arguments) {
     if (!arguments.dicom_date.empty()) dicom::read_date(arguments.dicom_date, options.dicom_identity);
     if (!arguments.dicom_patient.empty())
         dicom::read_patient(arguments.dicom_patient, options.dicom_identity);
+    options.slicer = arguments.slicer;
     options.trace = arguments.trace;
     options.origin = origin(arguments.learner);
     if (!arguments.expect.empty()) options.expect = arguments.expect;
@@ -144,6 +145,10 @@ Command add_run(CLI::App& parser) {
                      "Nothing of a CT's "
                      "patient is ever written")
         ->type_name("NAME[,ID]");
+    command->add_flag(
+        "--slicer", arguments->slicer,
+        "Markups of 3D Slicer in slicer/: each device at the end, the way of its tip, and the poses of "
+        "the C-arm under which the beam was on");
     command
         ->add_option("--trace", arguments->trace,
                      "File for the state of each frame: place, forces, way left, dose (.csv)")

@@ -352,9 +352,18 @@ void check_anatomy_name(const std::string& name) {
 
 namespace {
 
-/// A file of Slicer's with one list of points. Radii, where there are as many, become a measurement.
-std::string markup(const std::string& type, const std::string& name, const std::vector<std::string>& labels,
-                   const geometry::Polyline& points, const std::vector<double>& radii) {
+void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error || !std::filesystem::is_directory(folder))
+        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
+                             error ? error.message() : "a file is in its place");
+}
+
+}  // namespace
+
+std::string markup(const std::string& type, const std::string& name, const geometry::Polyline& points,
+                   const std::vector<std::string>& labels, const std::vector<double>& radii) {
     ordered_json list = ordered_json::array(), measurements = ordered_json::array();
     for (std::size_t i = 0; i < points.size(); ++i)
         list.push_back({{"id", std::to_string(i + 1)},
@@ -386,16 +395,6 @@ std::string markup(const std::string& type, const std::string& name, const std::
     return root.dump(1) + "\n";
 }
 
-void make_folder(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error || !std::filesystem::is_directory(folder))
-        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
-                             error ? error.message() : "a file is in its place");
-}
-
-}  // namespace
-
 std::vector<std::filesystem::path> write_for_slicer(const Anatomy& anatomy,
                                                     const std::filesystem::path& folder) {
     make_folder(folder / "centrelines");
@@ -411,16 +410,16 @@ std::vector<std::filesystem::path> write_for_slicer(const Anatomy& anatomy,
         names.push_back(end.opening.name);
         places.push_back(end.opening.centre);
     }
-    write(folder / "ends.mrk.json", markup("Fiducial", "ends", names, places, {}));
+    write(folder / "ends.mrk.json", markup("Fiducial", "ends", places, names));
     names.clear(), places.clear();
     for (const VesselTarget& target : anatomy.targets) {
         names.push_back(target.name);
         places.push_back(target.centre);
     }
-    write(folder / "targets.mrk.json", markup("Fiducial", "targets", names, places, {}));
+    write(folder / "targets.mrk.json", markup("Fiducial", "targets", places, names));
     for (const geometry::CentrelineBranch& branch : anatomy.branches)
         write(folder / "centrelines" / (io::file_name_of(branch.name) + ".mrk.json"),
-              markup("Curve", branch.name, {}, branch.points, branch.radii));
+              markup("Curve", branch.name, branch.points, {}, branch.radii));
     return files;
 }
 

@@ -23,6 +23,11 @@ Anatomy read_back(const Anatomy&);
 /// folder if it does not exist. Throws InputError; neither file is then left half-written.
 std::filesystem::path write_anatomy(const Anatomy&, const std::filesystem::path& folder, const Provenance&);
 
+/// A file of 3D Slicer's (.mrk.json) with one list of points [mm, LPS]. `type`: Fiducial or Curve. Points
+/// without a label are numbered; radii, where there are as many as points, become a measurement.
+std::string markup(const std::string& type, const std::string& name, const geometry::Polyline&,
+                   const std::vector<std::string>& labels = {}, const std::vector<double>& radii = {});
+
 /// Writes what 3D Slicer opens: NAME.stl, whose header says SPACE=LPS, ends.mrk.json and targets.mrk.json as
 /// points, and centrelines/BRANCH.mrk.json as curves with radii. Returns the files. Throws InputError.
 std::vector<std::filesystem::path> write_for_slicer(const Anatomy&, const std::filesystem::path& folder);

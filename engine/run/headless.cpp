@@ -14,6 +14,7 @@
 #include "engine/io/text.h"
 #include "engine/run/output_folder.h"
 #include "engine/run/picture_file.h"
+#include "engine/run/slicer_markups.h"
 #include "engine/run/truth_files.h"
 #include "render/panel/contact_sheet.h"
 #include "render/panel/panel.h"
@@ -81,6 +82,7 @@ public:
             trace_file_.emplace(options.trace);
             trace_file_->append(exercise::Trace::header());
         }
+        if (options.slicer) markups_.emplace(folder.slicer());
         if (options.images) frames_.emplace(folder.frames());
         if (options.images && options.truth) truth_.emplace(folder.truth(), options.truth_parts);
         if (options.images && options.dicom) {
@@ -98,6 +100,7 @@ public:
     void frame(const exercise::Frame& frame, const exercise::Exercise& exercise) {
         if (panel_) readout_.observe(frame, exercise.score());
         if (trace_) trace_file_->append(trace_->rows(frame, exercise.score()));
+        if (markups_) markups_->take(frame);
     }
     /// Writes a frame that has an image. Returns whether `stops` said that the run is to end.
     bool image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image,
@@ -124,6 +127,7 @@ public:
         if (panels_) panels_->finish();
         if (truth_) truth_->finish();
         if (angiograms_) angiograms_->finish();
+        if (markups_) markups_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
         folder_.write_score(exercise::to_json(
             {origin.program, origin.learner, result.score, result.earlier, result.benchmark}));
@@ -136,6 +140,7 @@ private:
     std::optional<PngFolder> frames_, panels_;
     std::optional<TruthFolder> truth_;
     std::optional<AngiogramFolder> angiograms_;
+    std::optional<SlicerMarkups> markups_;
     std::optional<render::Panel> panel_;
     exercise::RoomReadout readout_;
     std::optional<exercise::Trace> trace_;
@@ -411,8 +416,9 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
         inputs.push_back(*options.expect);
     refuse_to_replace(inputs, out, options.trace);
     Expectation expectation = expectation_of(script, options);
-    OutputFolder folder(out, {options.images, options.images && options.panel,
-                              options.images && options.truth, options.images && options.dicom});
+    OutputFolder folder(out,
+                        {options.images, options.images && options.panel, options.images && options.truth,
+                         options.images && options.dicom, options.slicer});
     if (!options.trace.empty()) io::require_writable(options.trace);
     anatomy::ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);

@@ -76,6 +76,7 @@ struct RunOptions {
     exercise::TruthParts truth_parts;             // what that has besides masks
     std::optional<dicom::Pixels> dicom;           // the images as DICOM objects, in dicom/
     dicom::Identity dicom_identity;               // of those
+    bool slicer = false;                          // devices and poses as markups of 3D Slicer, in slicer/
     std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording
     script::Origin origin;                        // program and learner, named in the recording

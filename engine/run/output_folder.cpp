@@ -10,6 +10,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/picture_file.h"
+#include "engine/run/slicer_markups.h"
 #include "engine/run/truth_files.h"
 #include "physics/geometry/hash.h"
 
@@ -23,13 +24,14 @@ dicom::Radiation radiation_of(script::ImagingMode mode) {
 namespace fs = std::filesystem;
 
 constexpr const char* own_files[] = {"run.gw", "score.json", "sheet.png"};
-constexpr const char* frame_folders[] = {"frames", "panel", "truth", "dicom"};
+constexpr const char* frame_folders[] = {"frames", "panel", "truth", "dicom", "slicer"};
 
-/// Whether the file is an angiogram or named frame_000123 with one of the endings that are written here.
-bool is_of_a_frame(const fs::path& file) {
+/// Whether the file is an angiogram, a markup, or named frame_000123 with one of the endings that are written
+/// here.
+bool is_of_a_run(const fs::path& file) {
     const std::string name = file.filename().string(), stem = name.substr(0, frame_file_name(0).size() - 4);
     const std::string ending = name.substr(stem.size());
-    if (is_angiogram_file_name(name)) return true;
+    if (is_angiogram_file_name(name) || is_markup_name(name)) return true;
     return frame_of_file_name(stem + ".png") >= 0 && (ending == ".png" || is_truth_ending(ending));
 }
 
@@ -162,7 +164,7 @@ void refuse_to_replace(std::span<const fs::path> inputs, const fs::path& out, co
     for (const char* part : frame_folders) {
         const auto is_within = [&](const fs::path& file) {
             return io::same_file(file.parent_path().empty() ? "." : file.parent_path(), out / part) &&
-                   is_of_a_frame(file);
+                   is_of_a_run(file);
         };
         if (!trace.empty() && is_within(trace))
             throw io::InputError("--trace: {} is a file of the run's own; expected another file",
@@ -179,8 +181,11 @@ OutputFolder::OutputFolder(fs::path path, Parts parts) : own_(path) {
     for (const char* name : own_files)
         if (std::error_code none; fs::is_directory(path / name, none))
             throw io::InputError("{}: cannot be written: a folder is in its place", (path / name).string());
-    const std::pair<bool, const char*> wanted[] = {
-        {parts.frames, "frames"}, {parts.panel, "panel"}, {parts.truth, "truth"}, {parts.dicom, "dicom"}};
+    const std::pair<bool, const char*> wanted[] = {{parts.frames, "frames"},
+                                                   {parts.panel, "panel"},
+                                                   {parts.truth, "truth"},
+                                                   {parts.dicom, "dicom"},
+                                                   {parts.slicer, "slicer"}};
     for (const auto& [asked, name] : wanted)
         if (asked) own_.make(name);
 }
@@ -188,11 +193,11 @@ OutputFolder::OutputFolder(fs::path path, Parts parts) : own_(path) {
 void OutputFolder::take_out_earlier_run() const {
     for (const char* name : own_files) take_out(own_.path() / name);
     io::remove_leftovers(own_.path());
-    for (const fs::path& folder : {frames(), panel(), truth(), dicom()}) {
+    for (const fs::path& folder : {frames(), panel(), truth(), dicom(), slicer()}) {
         std::vector<fs::path> old;
         std::error_code error;
         for (const auto& entry : fs::directory_iterator(folder, error))
-            if (is_of_a_frame(entry.path())) old.push_back(entry.path());
+            if (is_of_a_run(entry.path())) old.push_back(entry.path());
         for (const fs::path& file : old) take_out(file);
         io::remove_leftovers(folder);
     }

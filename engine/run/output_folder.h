@@ -1,7 +1,7 @@
 #pragma once
 /// The folder that a run leaves behind: run.gw, score.json, sheet.png, and for its frames frames/, panel/ and
-/// truth/ with frame_000123.png and the like, and dicom/ with xa_0001.dcm, one for each stretch of beam at
-/// one pose.
+/// truth/ with frame_000123.png and the like, dicom/ with xa_0001.dcm, one for each stretch of beam at one
+/// pose, and slicer/ with markups.
 
 #include <filesystem>
 #include <optional>
@@ -68,7 +68,7 @@ class OutputFolder {
 public:
     /// The parts of each frame to keep.
     struct Parts {
-        bool frames = true, panel = false, truth = false, dicom = false;
+        bool frames = true, panel = false, truth = false, dicom = false, slicer = false;
     };
     /// Makes the folder, unless it is there, and has it for this process alone; nothing in it changes. Throws
     /// InputError, as io::OwnFolder.
@@ -84,6 +84,7 @@ public:
     std::filesystem::path panel() const { return own_.path() / "panel"; }
     std::filesystem::path truth() const { return own_.path() / "truth"; }
     std::filesystem::path dicom() const { return own_.path() / "dicom"; }
+    std::filesystem::path slicer() const { return own_.path() / "slicer"; }
     void write_score(const std::string& json) const;
     void write_sheet(const render::GrayImage&) const;
 

@@ -123,6 +123,51 @@ TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     succeeded(folder, {"render", folder / "tube.toml", "--out", folder / "tube.png"});
 }
 
+TEST_F(AnatomyImport, WhatARunAndAnAnatomyLeaveForSlicerIsReadBack) {
+    write(folder / "x.toml", small_tree);
+    ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
+    succeeded(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--out", folder / "first",
+                       "--scenario", folder / "first.toml"});
+    write(folder / "x.gw",
+          "0 beam on\n0..9 advance 0.5 mm\n5 arm lao 20 deg\n7 arm lao -31 deg\n7 arm cranial 12 deg\n10 "
+          "end\n");
+    EXPECT_LE(run(folder, {"run", folder / "first.toml", "--commands", folder / "x.gw", "--frames", "none",
+                           "--slicer", "--out", folder / "run"})
+                  .code,
+              1);
+    EXPECT_EQ(test::names_in(folder / "run/slicer"),
+              (std::vector<std::string>{"c_arm_01.mrk.json", "c_arm_02.mrk.json", "c_arm_03.mrk.json",
+                                        "wire.mrk.json", "wire_tip.mrk.json"}));
+    succeeded(folder, {"anatomy", "export", folder / "first/x.anatomy.json", "--slicer", folder / "slicer"});
+    // Surface, names, centrelines and the view of another scenario come from those files alone.
+    const std::vector<std::string> again = {"anatomy",
+                                            "import",
+                                            folder / "slicer/x.stl",
+                                            "--unit",
+                                            "mm",
+                                            "--places",
+                                            folder / "slicer/ends.mrk.json",
+                                            "--centrelines",
+                                            folder / "slicer/centrelines/B1.mrk.json",
+                                            "--view",
+                                            folder / "run/slicer/c_arm_03.mrk.json",
+                                            "--out",
+                                            folder / "again",
+                                            "--scenario",
+                                            folder / "again.toml"};
+    succeeded(folder, again);
+    const std::string scenario = read(folder / "again.toml");
+    test::expect_said(scenario, "[c_arm]\nlao_deg = -31\ncranial_deg = 12\nsid_mm = 1100\nsod_mm = 750\n");
+    const std::string isocentre = scenario.substr(scenario.find("isocentre_mm"));
+    test::expect_said(read(folder / "first.toml"), isocentre.substr(0, isocentre.find('\n')));
+    write(folder / "near.mrk.json",
+          R"({"markups": [{"type": "Line", "coordinateSystem": "RAS", "controlPoints": [)"
+          R"({"label": "a", "position": [0, 0, 0]}, {"label": "b", "position": [0, 30, 0]}]}]})");
+    std::vector<std::string> near = again;
+    near[10] = folder / "near.mrk.json";
+    test::expect_said(run(folder, near).error, "30 mm from the focal spot to the detector were found");
+}
+
 TEST_F(AnatomyImport, AScenarioAndItsAnatomyCanBeMovedTogether) {
     write(folder / "x.toml", small_tree);
     ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);

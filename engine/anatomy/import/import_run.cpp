@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
+#include <tuple>
 
 #include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/import/given_centrelines.h"
 #include "engine/anatomy/import/naming.h"
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/organs.h"
@@ -27,6 +30,10 @@ constexpr double field = 170;
 
 std::string decimal(double number) {
     return io::number_text(std::round(number * 10) / 10 + 0.0);
+}
+
+double degrees(double angle) {
+    return angle * 180 / std::numbers::pi;
 }
 
 constexpr FirstWire wires[] = {
@@ -108,6 +115,8 @@ void check_outputs(const ImportRequest& request, const std::string& name) {
     if (!request.mesh.empty()) inputs.push_back(request.mesh);
     inputs.insert(inputs.end(), request.mask.masks.begin(), request.mask.masks.end());
     if (!request.mask.ct.empty()) inputs.push_back(request.mask.ct);
+    inputs.insert(inputs.end(), request.options.places.begin(), request.options.places.end());
+    if (!request.view.empty()) inputs.push_back(request.view);
     io::require_distinct(outputs, inputs);
 }
 
@@ -143,7 +152,8 @@ std::span<const FirstWire> first_wires() {
 }
 
 std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& file,
-                           const std::filesystem::path& ct, const std::string& series) {
+                           const std::filesystem::path& ct, const std::string& series,
+                           const std::optional<render::CArm>& view) {
     int entry = 0;
     for (int e = static_cast<int>(anatomy.ends.size()); e-- > 0;)
         if (anatomy.ends[e].role == EndRole::Inlet) entry = e;
@@ -172,18 +182,23 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
     box.extend(path.points.front());
     box.extend(target.centre);
     const bool all_in_view = std::max(box.sizes().x(), box.sizes().z()) <= field;
-    const Vec3 isocentre = all_in_view ? Vec3(box.center()) : tip;
+    const Vec3 isocentre = view ? view->isocentre : all_in_view ? Vec3(box.center()) : tip;
+    std::string pose;
+    if (view)
+        pose = fmt::format("lao_deg = {}\ncranial_deg = {}\nsid_mm = {}\nsod_mm = {}\n",
+                           decimal(degrees(view->lao)), decimal(degrees(view->cranial)), decimal(view->sid),
+                           decimal(view->sod));
 
     std::string text = fmt::format(
         "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
         "[guidewire]\ndevice = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
-        "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
+        "[c_arm]\n{}isocentre_mm = [{}, {}, {}]\n",
         io::toml_text(anatomy.name), io::toml_text(file.string()),
         io::toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
         wire.diameter < 2 * narrowest
             ? ""
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
-        io::toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)),
+        io::toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), pose,
         decimal(isocentre.x()), decimal(isocentre.y()), decimal(isocentre.z()));
     if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.diameter); !obstacle.empty())
         text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);
@@ -196,8 +211,54 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
     return text;
 }
 
+render::CArm load_view(const std::filesystem::path& path) {
+    constexpr const char* expected =
+        "expected points of 3D Slicer (.mrk.json): the focal spot, the isocentre and the middle of the "
+        "detector, or "
+        "the first and the last of these";
+    const GivenPlaces read = load_places(path);
+    const std::string file = path.string();
+    if (read.places.size() != 2 && read.places.size() != 3)
+        throw io::InputError("{}: {} points were found; {}", file, read.places.size(), expected);
+    const TakenAxes axes = taken_axes(file, read.axes, {}, {});
+    const geometry::Mat3 matrix = to_patient({}, axes.axes);
+    const Vec3 source = matrix * read.places.front().second, detector = matrix * read.places.back().second;
+    render::CArm arm;
+    arm.sid = (detector - source).norm();
+    if (!(arm.sid >= render::ArmLimits::sid.least && arm.sid <= render::ArmLimits::sid.most))
+        throw io::InputError(
+            "{}: {:.4g} mm from the focal spot to the detector were found; expected {:g} to {:g}", file,
+            arm.sid, render::ArmLimits::sid.least, render::ArmLimits::sid.most);
+    const Vec3 beam = (detector - source) / arm.sid;
+    arm.lao = std::atan2(beam.x(), -beam.y());
+    arm.cranial = std::asin(std::clamp(beam.z(), -1.0, 1.0));
+    if (read.places.size() == 3) arm.sod = (matrix * read.places[1].second - source).dot(beam);
+    arm.isocentre = source + arm.sod * beam;
+    constexpr double aside = 5;  // by hand the three are not quite in line [mm]
+    if (const double off = (matrix * read.places[read.places.size() / 2].second - arm.isocentre).norm();
+        read.places.size() == 3 && off > aside)
+        throw io::InputError(
+            "{}: the isocentre lies {:.4g} mm beside the line from the focal spot to the detector; "
+            "expected at most {:g}",
+            file, off, aside);
+    if (!(arm.sod >= render::ArmLimits::sod.least &&
+          arm.sod <= std::min(arm.sid, render::ArmLimits::sod.most)))
+        throw io::InputError(
+            "{}: {:.4g} mm from the focal spot to the isocentre were found; expected {:g} to {:g}", file,
+            arm.sod, render::ArmLimits::sod.least, std::min(arm.sid, render::ArmLimits::sod.most));
+    for (const auto& [name, angle, limits] :
+         {std::tuple("LAO", degrees(arm.lao), render::ArmLimits::lao),
+          std::tuple("cranial", degrees(arm.cranial), render::ArmLimits::cranial)})
+        if (!(angle >= limits.least && angle <= limits.most))
+            throw io::InputError("{}: the detector stands at {} {:.4g}°; expected {:g} to {:g}", file, name,
+                                 angle, limits.least, limits.most);
+    return arm;
+}
+
 ImportOutcome run_import(const ImportRequest& given) {
     ImportRequest request = given;
+    std::optional<render::CArm> view;
+    if (!request.view.empty()) view = load_view(request.view);
     const MaskSource& mask = request.mask;
     const std::filesystem::path& source = !request.mesh.empty() ? request.mesh
                                           : mask.masks.empty()  ? mask.ct
@@ -235,7 +296,7 @@ ImportOutcome run_import(const ImportRequest& given) {
     outcome.file = write_anatomy(imported.anatomy, request.out, provenance_of(request, imported.axes));
     const std::string scenario = first_scenario(
         imported.anatomy, named_from(request.scenario, outcome.file),
-        mask.ct.empty() ? std::filesystem::path() : named_from(request.scenario, mask.ct), mask.series);
+        mask.ct.empty() ? std::filesystem::path() : named_from(request.scenario, mask.ct), mask.series, view);
     outcome.report = report_of(imported, outcome.file, scenario);
     if (!request.scenario.empty()) io::write_whole(request.scenario, scenario);
     return outcome;

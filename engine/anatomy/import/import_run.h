@@ -9,6 +9,7 @@
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/import/lumen_import.h"
 #include "engine/anatomy/import/mask_import.h"
+#include "render/xray/c_arm.h"
 
 namespace anatomy {
 
@@ -24,8 +25,15 @@ std::span<const FirstWire> first_wires();
 /// it inside that its tip is well within the vessels, and the tip in view. `file` is the anatomy's, as the
 /// scenario names it.
 /// With a CT, as the scenario names it, that is the patient.
+/// With a view, that is the C-arm's; of that only the pose counts.
 std::string first_scenario(const Anatomy&, const std::filesystem::path& file,
-                           const std::filesystem::path& ct = {}, const std::string& series = {});
+                           const std::filesystem::path& ct = {}, const std::string& series = {},
+                           const std::optional<render::CArm>& view = {});
+
+/// The pose of the C-arm that two or three points of 3D Slicer (.mrk.json) state, in their order: the focal
+/// spot, the isocentre (left out, as far from the focal spot as by default) and the middle of the detector.
+/// Throws InputError for points that no C-arm has.
+render::CArm load_view(const std::filesystem::path&);
 
 struct ImportRequest {
     std::filesystem::path mesh, out;  // a surface; or none, and the vessel is that of `mask`
@@ -34,6 +42,7 @@ struct ImportRequest {
     ImportOptions options;
     std::string body;  // part of the body, as place_in_part() takes it; empty = not said
     std::optional<geometry::Vec3> landmark;  // of the body [mm]
+    std::filesystem::path view;  // points as load_view reads them, for the scenario; empty = from the front
     std::filesystem::path scenario;  // file for the scenario that the report ends with; empty = none, with a
                                      // CT OUT/NAME.toml
     std::string program;             // name and version, for the provenance

@@ -173,6 +173,7 @@ private:
         int inlet = chosen_inlet(lumen.ends, ends, result_.findings);
         if (opened || inlet != largest) traced = trace(lumen, inlet, lines, 0.4, 0.9);
         check_tracing(traced, lumen.ends, inlet);
+        if (!missing_.empty()) warned("{}", missing_);
         prune(lumen, traced, inlet);
         assemble(lumen, traced, inlet);
         compare_radii();
@@ -312,13 +313,48 @@ private:
     TracedLumen trace(const RepairedLumen& lumen, int inlet, const std::vector<geometry::Polyline>& lines,
                       double from, double to) {
         TracingOptions options = tracing(lumen.mesh, closed(lumen), from, to);
-        if (!lines.empty()) return trace_lines(lumen.mesh, lumen.ends, inlet, lines, options);
+        if (!lines.empty()) {
+            TracedLumen traced = trace_lines(lumen.mesh, lumen.ends, inlet, lines, options);
+            std::vector<geometry::Polyline> all = lines;
+            missing_.clear();
+            if (!traced.unreached.empty())
+                add_missing(traced.unreached, trace_lumen(lumen.mesh, lumen.ends, inlet, options), lumen.ends,
+                            all);
+            return all.size() == lines.size() ? traced
+                                              : trace_lines(lumen.mesh, lumen.ends, inlet, all, options);
+        }
         TracedLumen traced = trace_lumen(lumen.mesh, lumen.ends, inlet, options);
         if (traced.unreached.empty()) return traced;
         // A narrow passage may have been lost between the voxels.
         options.voxel *= 0.6;
         if (LumenVoxels::box_count(lumen.mesh, options.voxel) > most_boxed) return traced;
         return trace_lumen(lumen.mesh, lumen.ends, inlet, options);
+    }
+
+    /// Ways from the inlet to ends that the given lines leave out.
+    void add_missing(const std::vector<int>& unreached, const TracedLumen& traced,
+                     const std::vector<MeshOpening>& ends, std::vector<geometry::Polyline>& lines) {
+        std::vector<std::string> added;
+        for (const int end : unreached) {
+            const auto reaching = std::ranges::find(traced.end_of_branch, end);
+            if (reaching == traced.end_of_branch.end()) continue;
+            geometry::Polyline way;  // from the end
+            int sample = -1;
+            for (auto b = static_cast<int>(reaching - traced.end_of_branch.begin()); b >= 0;
+                 sample = traced.branches[b].parent_sample, b = traced.branches[b].parent) {
+                const geometry::Polyline& points = traced.branches[b].points;
+                const auto last = sample < 0 ? points.end() : points.begin() + sample + 1;
+                way.insert(way.end(), std::reverse_iterator(last), points.rend());
+            }
+            std::ranges::reverse(way);
+            lines.push_back(std::move(way));
+            added.push_back(io::place_text(ends[end].loop.centroid));
+        }
+        if (!added.empty())
+            missing_ = fmt::format(
+                "the centrelines lead to {} of {} ends; the ways to the others were found in the lumen [mm]: "
+                "{}",
+                ends.size() - 1 - unreached.size(), ends.size() - 1, io::joined(added));
     }
 
     void check_slender(const TracedLumen& traced) const {
@@ -475,6 +511,7 @@ private:
     const ImportOptions& options_;
     const std::string axes_;  // of the mesh
     SurfaceFigures figures_;
+    std::string missing_;           // which ends the given centrelines leave out
     std::vector<GivenLine> given_;  // centrelines, in the patient's frame
     ImportedLumen result_;
 };

@@ -127,6 +127,8 @@ public:
             slab(mask, k, std::min(k + thick, size[2]));
             if (progress) progress(static_cast<double>(k) / size[2]);
         }
+        compose();
+        drop_bubbles();
     }
 
     Index size;
@@ -177,10 +179,10 @@ private:
 
     /// A Gaussian by its weights.
     struct Kernel {
-        int reach;
+        int reach, rounds;  // [voxels]; that undo its shrinking
         std::vector<float> weights;
 
-        Kernel(double sigma, int of) : reach(of) {
+        Kernel(double sigma, int of, int undone) : reach(of), rounds(undone) {
             float sum = 0;
             for (int d = -reach; d <= reach; ++d) {
                 weights.push_back(static_cast<float>(std::exp(-d * d / (2 * sigma * sigma))));
@@ -189,7 +191,8 @@ private:
             for (float& w : weights) w /= sum;
         }
     };
-    static constexpr int wide_reach = 9;
+    static constexpr int wide_reach = 8;
+    static constexpr float just = 0.05f;  // what is taken in, or left out, whatever its value
 
     /// The mask smoothed, and what that takes from convex parts given back: the field whose inside, smoothed
     /// in turn, is the smoothed mask.
@@ -197,7 +200,7 @@ private:
                                        const Kernel& kernel, std::vector<float>& inside,
                                        std::vector<float>& scratch) {
         std::vector<float> value = blurred;
-        for (int round = 0; round < 2; ++round) {
+        for (int round = 0; round < kernel.rounds; ++round) {
             occupied(box, value, inside);
             blur(box, inside, kernel, scratch);
             for (std::size_t n = 0; n < value.size(); ++n) value[n] += blurred[n] - inside[n];
@@ -252,7 +255,7 @@ private:
                     float v = value[n] - 0.5f;
                     // No voxel is given up, or added, that lies clearly on one side: a thin vessel stays
                     // whole, and a gap stays open.
-                    constexpr float clearly = 0.6f, just = 0.05f;
+                    constexpr float clearly = 0.6f;
                     if ((v > 0) != (given[n] > 0.5f)) {
                         const float way = std::abs(v) / std::max(slope(box, value, i, j, k - box.k0), 1e-4f);
                         if (way > clearly) v = given[n] > 0.5f ? just : -just;
@@ -262,6 +265,68 @@ private:
                            box.i0 + i] =
                         static_cast<std::int16_t>(std::lround(std::clamp(v, -1.5f, 1.5f) * scale));
                 }
+    }
+
+    /// Takes in more until parts of the vessel that touch along an edge or in a corner touch across a face,
+    /// as does what lies around it (well-composed sets, Latecki 1997): only then is the surface net, which
+    /// has one vertex in a cell, a manifold.
+    void compose() {
+        const auto rows = static_cast<std::ptrdiff_t>(size[0]);
+        const std::array<std::ptrdiff_t, 3> steps = {1, rows, rows * size[1]};
+        std::int16_t* v = values.data();
+        const auto take_in = [&](std::initializer_list<std::ptrdiff_t> some) {
+            const auto nearest = std::ranges::max_element(some, {}, [&](std::ptrdiff_t n) { return v[n]; });
+            v[*nearest] = static_cast<std::int16_t>(just * scale);
+        };
+        for (bool changed = true; std::exchange(changed, false);)
+            for (int k = 1; k + 1 < size[2]; ++k)
+                for (int j = 1; j + 1 < size[1]; ++j)
+                    for (std::ptrdiff_t n = k * steps[2] + j * steps[1] + 1, i = 1; i + 1 < size[0];
+                         ++i, ++n) {
+                        const bool in = v[n] > 0;
+                        for (int a = 0; in && a < 3; ++a)
+                            for (const std::ptrdiff_t side : {steps[a], -steps[a]}) {
+                                const std::ptrdiff_t on = steps[(a + 1) % 3], p = n + side, q = n + on;
+                                if (v[q + side] <= 0 || v[p] > 0 || v[q] > 0) continue;
+                                take_in({p, q});
+                                changed = true;
+                            }
+                        for (int corner = 0; corner < 4; ++corner) {
+                            const std::ptrdiff_t x = corner & 1 ? 1 : -1,
+                                                 y = corner & 2 ? steps[1] : -steps[1], z = steps[2];
+                            const std::array others = {n + x, n + y, n + z, n + x + y, n + y + z, n + x + z};
+                            const std::ptrdiff_t opposite = n + x + y + z;
+                            if ((v[opposite] > 0) != in ||
+                                std::ranges::any_of(others, [&](auto m) { return (v[m] > 0) == in; }))
+                                continue;
+                            if (in)
+                                take_in({n + x, n + y, n + z});
+                            else
+                                take_in({n, opposite});
+                            changed = true;
+                        }
+                    }
+    }
+
+    /// What was left out below the surface, as in a fork's crotch, or taken in beside it.
+    void drop_bubbles() {
+        Voxels signs{size, {}};
+        signs.at.resize(values.size());
+        std::ranges::transform(values, signs.at.begin(), [](std::int16_t v) { return v > 0 ? 1 : 0; });
+        for (const std::uint8_t kind : {0, 1}) {
+            const Pieces pieces(signs, kind);
+            const auto sizes = pieces.sizes();
+            if (sizes.size() < 2) continue;
+            const int largest =
+                std::ranges::max_element(sizes, {}, [](const auto& piece) { return piece.second; })->first;
+            for (std::size_t r = 0; r < pieces.runs.size(); ++r) {
+                const Pieces::Run& run = pieces.runs[r];
+                if (pieces.piece[r] != largest)
+                    std::fill_n(
+                        values.begin() + static_cast<std::ptrdiff_t>(signs.index(run.from, run.j, run.k)),
+                        run.to - run.from, static_cast<std::int16_t>((kind == 0 ? just : -just) * scale));
+            }
+        }
     }
 
     static float slope(const Slab& box, const std::vector<float>& v, int i, int j, int k) {
@@ -333,7 +398,7 @@ private:
         along(scratch, v, true);
     }
 
-    const Kernel narrow_{1.5, 5}, wide_{3, wide_reach};
+    const Kernel narrow_{1.5, 5, 2}, wide_{2.5, wide_reach, 4};
 };
 
 /// From the surface net of the field: corners on the level, in voxels.
@@ -471,7 +536,7 @@ public:
         result_.findings.push_back({Finding::Kind::Mended,
                                     fmt::format("the steps of voxels of {:.3g} × {:.3g} × {:.3g} mm, by "
                                                 "Gaussians of 1.5 voxels where the vessel is "
-                                                "thin, to 3 where it is wide, whose shrinking is undone",
+                                                "thin, to 2.5 where it is wide, whose shrinking is undone",
                                                 step[0], step[1], step[2]),
                                     Finding::Topic::Smoothed});
         return std::move(result_);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "engine/anatomy/import/given_centrelines.h"
+#include "physics/geometry/polyline.h"
 #include "render/picture/png.h"
 #include "tests/engine/fixtures.h"
 
@@ -54,6 +56,39 @@ TEST_F(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
               1.9 * static_cast<double>(std::filesystem::file_size(folder / "out/dicom/xa_0001.dcm")));
     run_headless(test::small_scenario(), script(text), folder / "again", {});
     EXPECT_FALSE(std::filesystem::exists(folder / "again/dicom/xa_0001.dcm"));
+}
+
+TEST_F(Headless, MarkupsOfSlicerAreTheDeviceAndItsPoses) {
+    RunOptions options = fast();
+    options.slicer = true;
+    geometry::Polyline wire, tip;
+    options.observer = [&](const exercise::Frame& frame, exercise::Exercise&) {
+        wire = frame.simulation.path_of(script::DeviceRole::Wire);
+        tip.push_back(wire.back());
+    };
+    run_headless(test::small_scenario(), script(), folder / "out", options);
+    EXPECT_EQ(test::names_in(folder / "out/slicer"),
+              (std::vector<std::string>{"c_arm_01.mrk.json", "c_arm_02.mrk.json", "wire.mrk.json",
+                                        "wire_tip.mrk.json"}));
+    const auto read = [&](const char* file) {
+        return anatomy::load_centrelines(folder / "out/slicer" / file, 1).lines.at(0).points;
+    };
+    const auto distance = [](const geometry::Polyline& line, const geometry::Vec3& x) {
+        double least = 1e9;
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            const double t = geometry::closest_fraction(line[i - 1], line[i], x);
+            least = std::min(least, (line[i - 1] + t * (line[i] - line[i - 1]) - x).norm());
+        }
+        return least;
+    };
+    const geometry::Polyline again = read("wire.mrk.json"), way = read("wire_tip.mrk.json");
+    for (const geometry::Vec3& p : wire) EXPECT_LT(distance(again, p), 1e-3) << p.transpose();
+    EXPECT_LT((again.back() - wire.back()).norm(), 1e-3);
+    EXPECT_LT((way.front() - tip.front()).norm(), 1e-3);
+    for (const geometry::Vec3& p : tip) EXPECT_LT(distance(way, p), 1) << p.transpose();
+    options.slicer = false;
+    run_headless(test::small_scenario(), script(), folder / "out", options);
+    EXPECT_TRUE(test::names_in(folder / "out/slicer").empty());
 }
 
 TEST_F(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {

@@ -266,6 +266,26 @@ TEST(LumenImport, UsesGivenCentrelines) {
     EXPECT_LE(errors.centre_p95, 0.1);
 }
 
+TEST(LumenImport, FindsTheWaysThatGivenCentrelinesLeaveOut) {
+    const test::TemporaryFolder folder;
+    for (const auto& [line, last] : {std::pair("main,1,0,0\nmain,15,0.3,0\nmain,29,0,0\n", "main"),
+                                     std::pair("side,12,0,0\nside,15,4,0\nside,20,11,2\n", "side")}) {
+        test::write(folder / "lines.csv", std::string("branch,x_mm,y_mm,z_mm\n") + line);
+        ImportOptions options = millimetres();
+        options.centrelines = {folder / "lines.csv"};
+        const ImportedLumen lumen = imported(test::small_anatomy().lumen, options);
+        EXPECT_TRUE(reports(lumen, "the centrelines lead to 1 of 2 ends; the ways to the others were found"))
+            << last;
+        EXPECT_TRUE(std::ranges::any_of(lumen.anatomy.branches, [&](const auto& branch) {
+            return branch.name == last;
+        })) << last;
+        const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), lumen.anatomy);
+        EXPECT_EQ(errors.branches, 2);
+        EXPECT_EQ(errors.invented, 0);
+        EXPECT_LE(errors.centre_p95, 0.1);
+    }
+}
+
 TEST(LumenImport, RefusesAWrongUnitWithTheOneThatFits) {
     ImportOptions options;
     const TriangleMesh mesh = tube(2, 20);

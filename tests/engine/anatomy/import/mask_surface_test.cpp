@@ -6,6 +6,7 @@
 
 #include "engine/anatomy/import/mask_import.h"
 #include "engine/patient/ct_image.h"
+#include "physics/geometry/mesh_topology.h"
 #include "tests/engine/fixtures.h"
 
 namespace anatomy {
@@ -98,6 +99,40 @@ TEST(MaskSurface, IsThatOfTheTube) {
         squares += error * error;
     }
     EXPECT_LT(std::sqrt(squares / 1000), 0.1);
+}
+
+TEST(MaskSurface, OfForksHasEachEdgeInTwoTriangles) {
+    constexpr unsigned seed = 11;
+    std::printf("seed %u\n", seed);
+    std::mt19937 random(seed);
+    const auto between = [&](double low, double high) {
+        return low + (high - low) * (random() / 4294967296.0);
+    };
+    const render::VolumeGrid grid = cube(36, 1);
+    for (int trial = 0; trial < 1000; ++trial) {
+        // Legs from one place, as sharp as it happens, some of one voxel.
+        const int legs = 2 + static_cast<int>(random() % 3);
+        const Vec3 centre(between(-1, 1), between(-1, 1), between(-1, 1));
+        VesselMask mask{grid, std::vector<std::uint8_t>(grid.count())};
+        bool inside = true;  // of the grid
+        for (int leg = 0; leg < legs; ++leg) {
+            const Vec3 along = Vec3(between(-1, 1), between(-1, 1), between(-1, 1) + 1e-3).normalized();
+            const double radius = between(0.6, 4), length = between(8, 16);
+            inside = inside && (centre + length * along).cwiseAbs().maxCoeff() + radius < 16;
+            for (int k = 0; k < 36; ++k)
+                for (int j = 0; j < 36; ++j)
+                    for (int i = 0; i < 36; ++i) {
+                        const Vec3 x = grid.at(i, j, k) - centre;
+                        const double t = std::clamp(x.dot(along), 0.0, length);
+                        if ((x - t * along).norm() <= radius) mask.inside[grid.index(i, j, k)] = 1;
+                    }
+        }
+        const geometry::Topology found = geometry::topology(surface_of(mask).mesh);
+        EXPECT_EQ(found.non_manifold_edges, 0) << trial;
+        if (inside) {
+            EXPECT_EQ(found.boundary_edges, 0) << trial;
+        }
+    }
 }
 
 TEST(MaskSurface, IsOpenWhereTheBorderCutsTheVessel) {
