@@ -17,6 +17,7 @@
 #include "engine/episode/store.h"
 #include "engine/exercise/body.h"
 #include "engine/io/error.h"
+#include "engine/io/text.h"
 
 namespace app {
 namespace {
@@ -25,6 +26,7 @@ struct BakeArguments {
     ScenarioChoice vessels;  // a preset, or an exercise
     std::string seeds, cache;
     std::vector<int> images;  // pixels along a side
+    std::vector<std::string> set;
     bool without_bodies = false;
 };
 
@@ -63,15 +65,24 @@ bool bake_preset(const BakeArguments& arguments, std::uint64_t seed, const anato
     return (arguments.without_bodies || bake_body(made, cache)) && kept;
 }
 
-scenario::Scenario exercise_of(const std::filesystem::path& file, std::uint64_t seed) {
-    return episode::scenario_of(
-        {file.string(), {}, catalogue().string(), {{"anatomy.seed", std::to_string(seed)}}});
+/// In other vessels the place of a target may be outside: what has a name stands for it.
+scenario::Scenario exercise_of(const BakeArguments& arguments, const std::filesystem::path& file,
+                               std::uint64_t seed) {
+    const auto with = [&](std::vector<std::pair<std::string, std::string>> values) {
+        for (const scenario::Override& value : overrides_of(arguments.set))
+            values.emplace_back(value.key, value.value);
+        return episode::scenario_of({file.string(), {}, catalogue().string(), std::move(values)});
+    };
+    const std::pair<std::string, std::string> patient{"anatomy.seed", std::to_string(seed)};
+    const scenario::Scenario found = with({patient});
+    if (!found.target.centre || !found.vessels || found.vessels->targets.empty()) return found;
+    return with({patient, {"target.name", io::toml_text(found.vessels->targets.front().name)}});
 }
 
 /// All that an episode of the exercise needs. Whether the cache has it now.
 bool bake_exercise(const BakeArguments& arguments, const std::filesystem::path& file, std::uint64_t seed,
                    const anatomy::ModelCache& cache) {
-    const scenario::Scenario scenario = exercise_of(file, seed);
+    const scenario::Scenario scenario = exercise_of(arguments, file, seed);
     episode::Episode episode(scenario, exercise::Pictures::None, cache);
     bool kept = anatomy::is_kept(*scenario.vessels, cache);
     if (!arguments.without_bodies) kept = bake_body(episode.simulation().anatomy(), cache) && kept;
@@ -98,6 +109,9 @@ std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const Ba
         if (!arguments.images.empty())
             throw BadArgument("--image: expected an exercise, found the preset '" + named +
                               "', which has no C-arm");
+        if (!arguments.set.empty())
+            throw BadArgument("--set: expected an exercise, found the preset '" + named +
+                              "', which has no keys of scenarios");
         return [&](std::uint64_t seed, const anatomy::ModelCache& cache) {
             return bake_preset(arguments, seed, cache);
         };
@@ -109,7 +123,7 @@ std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const Ba
         static_cast<void>(anatomy::vessel_preset(named));
     const std::filesystem::path file = exercise_named(arguments.vessels).file;
     // What is wrong with it is told before all else.
-    if (exercise_of(file, first).motion.moves() && !arguments.images.empty())
+    if (exercise_of(arguments, file, first).motion.moves() && !arguments.images.empty())
         throw BadArgument("--image: expected a patient who lies still, found the moving one of '" + named +
                           "'");
     return [&, file](std::uint64_t seed, const anatomy::ModelCache& cache) {
@@ -164,6 +178,7 @@ Command add_bake(CLI::App& parser) {
         "Make what environments need of the patients of many seeds: vessels, walls, bodies, views\n\n"
         "Examples:\n"
         "  seldinger bake renal --seeds 0:100 --image 128\n"
+        "  seldinger bake renal --seeds 0:100 --without-bodies --set tissue.rigid=true\n"
         "  seldinger bake iliac-renal --seeds 0:100\n"
         "  seldinger bake aorta --seeds 0:8 --without-bodies");
     command
@@ -173,6 +188,7 @@ Command add_bake(CLI::App& parser) {
         ->required()
         ->type_name("EXERCISE|PRESET");
     add_exercises(command, arguments->vessels.exercises);
+    add_overrides(command, arguments->set);
     command->add_option("--seeds", arguments->seeds, "The last is END - 1")
         ->required()
         ->type_name("FIRST:END")

@@ -120,6 +120,10 @@ def main():
     row("step + State, the same commands [ms]", f"{1e3 * python_step:.3f}")
     row("ratio", f"{python_step / cpp_step:.2f}", "<= 1.1")
     row("steps a core-second, renal, shipped solution", f"{1 / python_step:.0f}", ">= 1000 (CathSim: 846)")
+    for scenario, goal in (("renal", 2500), ("renal_cobra", 1000)):
+        coarse, its = sd.Simulation(scenario, set=sd.gym.COARSE, cache=cache, images=False), solution(scenario)
+        coarse_step = best(lambda: play(coarse, its, lambda: coarse.state), repeats) / len(its)
+        row(f"the same with sd.gym.COARSE, {scenario}", f"{1 / coarse_step:.0f}", f">= {goal}")
 
     reset = best(lambda: [sim.reset() for _ in range(500)], repeats) / 500
     row("reset [ms]", f"{1e3 * reset:.3f}", "<= 1")

@@ -514,7 +514,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     s.content = content_of(root, s);
 }
 
-/// Sets the value of a dotted key; sections that are missing are made.
+/// Sets the value of a dotted key; sections that are missing are made. A target by name takes the place of one by
+/// coordinates, and the other way round.
 void put(toml::table& root, const Override& with) {
     const auto refuse = [&with](const std::string& why) {
         throw io::InputError("{} = {}: {}", with.key, with.value, why);
@@ -540,6 +541,8 @@ void put(toml::table& root, const Override& with) {
         if (!table) refuse(fmt::format("'{}' is no section", section));
     }
     if (left.empty()) refuse("expected a key such as guidewire.friction");
+    if (with.key == "target.name" || with.key == "target.centre_mm")
+        table->erase(left == "name" ? "centre_mm" : "name");
     parsed.get("value")->visit([&](auto& value) { table->insert_or_assign(left, std::move(value)); });
 }
 

@@ -107,4 +107,27 @@ TEST_F(Bake, WithoutBodiesLeavesThemOut) {
     EXPECT_EQ(anatomy::cache_items(folder / "cache").size(), 2u);
 }
 
+TEST_F(Bake, AnExerciseWhoseTargetIsAPlaceHasOtherPatientsTooAndOtherKeys) {
+    const std::string cache = folder / "cache";
+    const std::vector<std::string> words = {"bake",    "renal_cobra", "--seeds", "1:2", "--without-bodies",
+                                            "--cache", cache};
+    test::expect_said(succeeded(folder, words).out, "1 of 1");
+    const std::array<int, 3> before = made();
+    const auto play = [&](std::vector<scenario::Override> with) {
+        with.push_back({"anatomy.seed", "1"});
+        with.push_back({"target.name", "\"RRA\""});
+        const episode::Episode episode(test::shipped_scenario("renal_cobra", with), exercise::Pictures::None,
+                                       {cache, {}});
+        return made();
+    };
+    EXPECT_EQ(play({}), before);
+    // Vessels that stay where they are have another field.
+    const std::vector<std::string> coarse = {"--set", "tissue.rigid=true", "--set",
+                                             "chain.segment_length_mm=4.0"};
+    test::expect_said(succeeded(folder, test::joined(words, coarse)).out, "1 of 1");
+    EXPECT_EQ(play({{"tissue.rigid", "true"}, {"chain.segment_length_mm", "4.0"}}), before);
+    test::expect_said(run(folder, test::joined({"bake", "iliac-renal", "--seeds", "1:2"}, coarse)).error,
+                      "--set: expected an exercise");
+}
+
 }  // namespace app

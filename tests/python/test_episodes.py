@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import seldinger as sd
+from seldinger.gym import batch
 from seldinger.gym.draws import drawn
 
 SEED = int(os.environ.get("SELDINGER_TEST_SEED", random.randrange(10 ** 6)))
@@ -357,6 +358,30 @@ def test_no_environment_begins_with_the_tip_outside_the_image(cache, name):
         env.step(np.zeros(env.action_space.shape))
         assert (0 <= env.simulation.tip_px[0]).all() and (env.simulation.tip_px[0] < env._batch.about["pixels"]).all(), seed
     assert not sd.gym.make("seldinger/Renal-v1", cache=cache).reset(seed=0)[1]["truncation"]
+
+
+@pytest.mark.parametrize("name", sd.gym.ENVIRONMENTS)
+def test_every_environment_has_other_patients_with_the_target_in_its_branch(cache, name):
+    own = sd.gym.ENVIRONMENTS[name].get("randomize", {})
+    env = sd.gym.make(name, randomize={**own, "anatomy.seed": (1, 2)}, hashes=False, cache=cache)
+    for seed in range(2):
+        env.reset(seed=seed)
+        branch = batch._along_of_target(sd.Simulation(env.drawn["scenario"], images=False, cache=cache))[0]
+        target = env.simulation.target_mm[0]
+        place = next(one for one in env._batch.sim.likes[0].anatomy()["branches"] if one["name"] == branch)
+        assert np.linalg.norm(place["points_mm"] - target, axis=1).min() < 1e-3, (seed, env.drawn)
+        assert env.drawn["anatomy.seed"] == 1 and "target.name" not in env.drawn
+
+
+def test_a_target_by_name_takes_the_place_of_one_by_coordinates(cache):
+    for scenario, values, near in (("renal_cobra", {"target.name": "LRA"}, "LRA"),
+                                   ("renal", {"target.centre_mm": [0.0, 0.0, 60.0]}, [0, 0, 60])):
+        with sd.Simulation(scenario, set=values, images=False, cache=cache) as sim:
+            if near == "LRA":
+                near = next(one["centre_mm"] for one in sim.anatomy()["targets"] if one["name"] == "LRA")
+            assert sim.state.target_mm == pytest.approx(near)
+    with pytest.raises(sd.InputError, match="either 'name' or 'centre_mm'"):
+        sd.Simulation("renal", set={"target.name": "LRA", "target": {"name": "LRA", "centre_mm": [0, 0, 0]}}, images=False)
 
 
 def test_frames_of_a_video_come_at_the_rate_of_steps(cache):

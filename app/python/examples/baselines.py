@@ -14,9 +14,9 @@ import numpy as np
 import seldinger as sd
 
 
-def of_random_actions(name, episodes, cache):
+def of_random_actions(name, episodes, cache, model=None):
     """(share that reached the target, mean steps, mean largest force on the wall [N], steps a core-second)"""
-    envs = sd.gym.make_vec(name, episodes, cache=cache, hashes=False)
+    envs = sd.gym.make_vec(name, episodes, cache=cache, hashes=False, set=model)
     rng, start = np.random.default_rng(0), time.process_time()
     envs.reset(seed=0)
     ended, reached, steps, force = np.zeros(episodes, bool), np.zeros(episodes, bool), np.zeros(episodes, int), np.zeros(episodes)
@@ -32,8 +32,8 @@ def of_random_actions(name, episodes, cache):
     return reached.mean(), steps.mean(), force.mean(), made / (time.process_time() - start)
 
 
-def of_solution(scenario, cache):
-    """(whether it reached the target, frames, largest force on the wall [N])"""
+def of_solution(scenario, cache, model=None):
+    """(whether it reached the target, frames, largest force on the wall [N], place of the tip, frames a core-second)"""
     commands = {}
     for line in (sd.assets() / "scripts" / f"{scenario}.gw").read_text().splitlines():
         if line := re.sub(r"\s*#.*", "", line).strip():
@@ -42,7 +42,8 @@ def of_solution(scenario, cache):
             for frame in range(int(first), int(last or first) + 1):
                 commands.setdefault(frame, []).append(command)
     force = 0.0
-    with sd.Simulation(scenario, cache=cache) as sim:
+    with sd.Simulation(scenario, cache=cache, set=model, images=False) as sim:
+        start = time.process_time()
         for frame in range(max(commands)):
             for command in commands.get(frame, []):
                 sim.apply(command)
@@ -50,7 +51,7 @@ def of_solution(scenario, cache):
             force = max(force, state.wall_force_N)
             if state.completed:
                 break
-        return state.completed, frame + 1, force
+        return state.completed, frame + 1, force, np.array(state.tip_mm), (frame + 1) / (time.process_time() - start)
 
 
 def main():
@@ -58,13 +59,17 @@ def main():
     parser.add_argument("--episodes", type=int, default=16)
     parser.add_argument("--cache", default=None)
     options = parser.parse_args()
-    print("| environment | solution: frames | largest force | random: reached | steps | largest force | steps a core-second |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    print("| environment | solution: frames | largest force | frames a core-second | coarse: tip away | frames a core-second | "
+          "random: reached | largest force | steps a core-second | coarse |")
+    print("| --- |" + " ---: |" * 9)
     for name, own in sd.gym.ENVIRONMENTS.items():
-        done, frames, most = of_solution(own["scenario"], options.cache)
-        share, steps, force, speed = of_random_actions(name, options.episodes, options.cache)
-        print(f"| {name} | {frames if done else 'not reached'} | {most:.2f} N | {100 * share:.0f} % | {steps:.0f} | {force:.2f} N | "
-              f"{speed:.0f} |", flush=True)
+        done, frames, most, tip, speed = of_solution(own["scenario"], options.cache)
+        coarse = of_solution(own["scenario"], options.cache, sd.gym.COARSE)
+        away = f"{np.linalg.norm(coarse[3] - tip):.1f} mm" if coarse[0] else "not reached"
+        share, _, force, steps = of_random_actions(name, options.episodes, options.cache)
+        fast = of_random_actions(name, options.episodes, options.cache, sd.gym.COARSE)[3]
+        print(f"| {name.split('/')[1].split('-')[0]} | {frames if done else 'not reached'} | {most:.2f} N | {speed:.0f} | {away} | "
+              f"{coarse[4]:.0f} | {100 * share:.0f} % | {force:.2f} N | {steps:.0f} | {fast:.0f} |", flush=True)
 
 
 if __name__ == "__main__":

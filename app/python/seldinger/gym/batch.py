@@ -128,7 +128,7 @@ class Batch:
         self.devices = len(self.device_names)
         self.step_s: float = frame_skip / self.about["frame_rate_hz"]
         self._check_branches(_branches(base))
-        self.base_target = _along_of_target(base)
+        self.targets: dict[str, Tuple[str, float, Optional[str]]] = {}  # of scenarios as they are
         self.obs = self._checked_obs(obs)
         self.sim = VectorSimulation(base, n, threads=threads, points=n_points, spacing_mm=resolution_mm)
         self.names = [_branches(base)] * n
@@ -251,13 +251,31 @@ class Batch:
         self.pool.move_to_end(key)
         return self.pool[key]
 
+    def _target_of(self, scenario: Any) -> Tuple[str, float, Optional[str]]:
+        """Of a scenario's own vessels: branch of its target, how far along that is [mm], the target with a name that is nearest."""
+        key = repr(scenario)
+        if key not in self.targets:
+            sim = self._simulation(scenario, {})
+            named = sim.anatomy()["targets"]
+            away = [float(np.linalg.norm(one["centre_mm"] - sim.state.target_mm)) for one in named]
+            self.targets[key] = (*_along_of_target(sim), named[int(np.argmin(away))]["name"] if named else None)
+        return self.targets[key]
+
+    def _drawn_simulation(self, scenario: Any, values: Mapping[str, Any]) -> Simulation:
+        """Of other vessels, in which the scenario's place may be outside: its target is one with a name until _place() moves it."""
+        named = self._target_of(scenario)[2] if _other_vessels(values) else None
+        if named is None or any(key.startswith("target.") for key in (*values, *self.set)):
+            return self._simulation(scenario, values)
+        return self._simulation(scenario, {**values, "target.name": named})
+
     def _aim(self, i: int, target: Any) -> None:
         self.sim.aim(i, target)
         self.moved_target[i] = True
 
-    def _place(self, i: int, sim: Simulation, wanted: Any, rng: np.random.Generator, other_vessels: bool) -> None:
-        """Draws the target of the i-th simulation."""
-        if isinstance(wanted, str) and wanted == "scenario" and not other_vessels:
+    def _place(self, i: int, sim: Simulation, wanted: Any, rng: np.random.Generator, own: Any) -> None:
+        """Draws the target of the i-th simulation. own: the scenario whose target goes to the same branch of other vessels, or
+        None."""
+        if isinstance(wanted, str) and wanted == "scenario" and own is None:
             return
         anatomy = sim.anatomy()
         branches = {branch["name"]: branch for branch in anatomy["branches"]}
@@ -268,8 +286,9 @@ class Batch:
                                  "expected 'branches'")
             self._aim(i, names[int(rng.integers(len(names)))])
         elif isinstance(wanted, str) and wanted == "scenario":
-            if self.base_target[0] in branches:
-                self._aim(i, _at(branches[self.base_target[0]], self.base_target[1]))
+            branch, along, _ = self._target_of(own)
+            if branch in branches:
+                self._aim(i, _at(branches[branch], along))
         else:
             names = list(branches) if isinstance(wanted, str) else list(wanted)
             _require_branches(names, list(branches))
@@ -284,7 +303,7 @@ class Batch:
             targets = [one["name"] for one in anatomy["targets"]]
             branches = [one["name"] for one in anatomy["branches"]]
             if target not in targets and target in branches:
-                return self._place(i, sim, [target], rng, False)
+                return self._place(i, sim, [target], rng, None)
             if target not in targets:
                 raise InputError(f"options: target '{target}' was given; expected a place or one of "
                                  + ", ".join([*targets, *branches]))
@@ -298,7 +317,7 @@ class Batch:
             scenario = draws.scenario(self.scenario, rng)
             drawn = {**draws.values(rng, stand=False), **{key: asked[key] for key in asked if key not in STAND}}
             try:
-                sim = self._simulation(scenario, drawn)
+                sim = self._drawn_simulation(scenario, drawn)
                 break
             except InputError as error:  # wire or target of the scenario do not fit these vessels: others are drawn
                 if not draws.change_the_scenario:
@@ -317,7 +336,7 @@ class Batch:
             self._asked_target(i, sim, options["target"], rng)
         else:
             self._place(i, sim, draws.target, rng,
-                        scenario is self.scenario and any(key.startswith("anatomy") for key in drawn))
+                        scenario if _other_vessels(drawn) else None)
         if isinstance(start, EnvSnapshot):
             if "target" in options or "set" in options:
                 raise InputError("options: a snapshot as start was given with target or set; expected it alone, as it has both")
@@ -650,6 +669,10 @@ def _along_of_target(sim: Simulation) -> Tuple[str, float]:
         way = float(np.linalg.norm(np.diff(points[:k + 1], axis=0), axis=1).sum())
         best = min(best, (float(away[k]), branch["name"], way))
     return best[1], best[2]
+
+
+def _other_vessels(drawn: Mapping[str, Any]) -> bool:
+    return any(key.startswith("anatomy") for key in drawn)
 
 
 def _at(branch: Mapping[str, Any], along: float) -> Floats:
