@@ -161,10 +161,11 @@ void AnatomyCommand::add_import() {
         "  seldinger anatomy import lumen.vtp --unit cm --axes ras --out vessels "
         "--scenario mine.toml");
     import_
-        ->add_option("vessel", vessels_,
-                     "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, "
-                     ".vtk); or a mask, or "
-                     "several that are joined: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd)")
+        ->add_option(
+            "vessel", vessels_,
+            "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, "
+            ".vtk); or a mask, or "
+            "several that are joined: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd), DICOM SEG (.dcm)")
         ->type_name("FILE");
     import_
         ->add_option("--label", request.mask.labels,
@@ -175,6 +176,9 @@ void AnatomyCommand::add_import() {
                      "The CT that the vessel lies in: the patient of the scenario, which is then written to "
                      "NAME.toml beside the anatomy")
         ->type_name("FILE");
+    import_->add_flag(
+        "--any-frame", request.mask.any_frame,
+        "Take a DICOM SEG of another frame of reference than --ct as it is, without registration");
     import_->add_option("--series", request.mask.series, "Of a --ct that is a folder of DICOM files")
         ->type_name("SERIES");
     import_

@@ -90,7 +90,7 @@ std::int64_t TextScanner::whole(std::string_view what, std::int64_t least, std::
 std::string_view TextScanner::bytes(std::string_view what, std::size_t count) {
     last_ = at_;
     if (count > left())
-        refuse_found(fmt::format("the file ends {} bytes into {}, which has {}", left(), what, count),
+        refuse_found(fmt::format("the end of the file {} bytes into {}, which has {},", left(), what, count),
                      "a whole file");
     at_ += count;
     return text_.substr(last_, count);

@@ -11,7 +11,6 @@
 namespace patient {
 namespace {
 
-constexpr int air_hu = -1000;
 constexpr int tissue_hu = -400;
 
 /// Cells of several voxels, one byte each.

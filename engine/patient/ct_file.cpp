@@ -4,6 +4,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/patient/ct_samples.h"
+#include "engine/patient/dicom_file.h"
 #include "engine/patient/patient_files.h"
 #include "physics/geometry/hash.h"
 
@@ -87,24 +88,30 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
     return ct;
 }
 
-bool is_volume_name(const fs::path& path) {
+bool is_label_file(const fs::path& path) {
     const std::string name = io::lower_case(path.filename().string());
-    for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr"})
+    for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr", ".dcm"})
         if (name.ends_with(ending)) return true;
-    return false;
+    std::error_code failed;
+    return fs::is_regular_file(path, failed) && is_dicom_file(path);  // a FIFO is not opened
 }
 
 LabelImage read_labels(const fs::path& path, const Progress& progress) {
     io::require_no_device(path);
     std::error_code failed;
-    if (!fs::is_regular_file(path, failed) || !is_volume_name(path))
+    if (!fs::is_regular_file(path, failed) || !is_label_file(path))
         refuse_ct(path,
                   fs::exists(path, failed) ? "a file of another kind was found" : "no such mask can be read",
-                  "expected a mask as NIfTI (.nii, .nii.gz) or NRRD (.nrrd, .seg.nrrd)");
+                  "expected a mask as NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd) or DICOM SEG (.dcm)");
     try {
-        const std::string name = io::lower_case(path.filename().string());
-        return name.ends_with(".nrrd") || name.ends_with(".nhdr") ? read_nrrd_labels(path, progress)
-                                                                  : read_nifti_labels(path, progress);
+        switch (format_of(path)) {
+            case Format::Nrrd:
+                return read_nrrd_labels(path, progress);
+            case Format::Nifti:
+                return read_nifti_labels(path, progress);
+            default:
+                return read_dicom_labels(path, progress);
+        }
     } catch (const std::bad_alloc&) {
         refuse_ct(path, "there is not enough memory for its samples", "expected a smaller mask");
     }

@@ -22,6 +22,7 @@ struct CtImage {
     std::vector<std::int16_t> hu;  // i fastest, then j, then k
     // What was changed or left out since it lay in its file: a sentence each.
     std::vector<std::string> notes;
+    std::string frame_of_reference = {};  // UID that DICOM gives the coordinates; else empty
 };
 
 /// Called with 0 to 1 while something takes long, and with what it is.
@@ -43,14 +44,18 @@ struct LabelImage {
     int layers = 1;                    // structures that may overlap lie in several
     std::vector<std::int16_t> values;  // layers of a voxel, then the next voxel, i fastest; rounded
     std::vector<Name> names;
-    bool fractions = false;  // of the stored values, some were not whole
+    bool fractions = false;               // of the stored values, some were not whole
+    std::vector<std::string> notes = {};  // of what was changed or taken, as those of a CT
+    std::string frame_of_reference = {};  // as that of a CT
+    bool only_marked =
+        false;  // slices without marks were left out of the file: where the CT ends is not known
 };
 
-/// Reads NIfTI (.nii, .nii.gz), with the names that TotalSegmentator writes into it, or NRRD (.nrrd, .nhdr,
-/// Slicer's .seg.nrrd). Throws InputError as read_ct.
+/// Reads NIfTI (.nii, .nii.gz), with the names that TotalSegmentator writes into it, NRRD (.nrrd, .nhdr,
+/// Slicer's .seg.nrrd) or a segmentation of DICOM. Throws InputError as read_ct.
 LabelImage read_labels(const std::filesystem::path&, const Progress& = {});
-/// Whether the name is one of a file that read_labels reads.
-bool is_volume_name(const std::filesystem::path&);
+/// Whether the file is one that read_labels reads, by its name or DICOM's mark in it.
+bool is_label_file(const std::filesystem::path&);
 
 /// Energy at which a CT's numbers hold [keV]: an estimate of the mean of a 120 kV beam behind 200 mm of soft
 /// tissue. Scanners differ by some keV, which changes bone by a few per cent and soft tissue by none.

@@ -323,10 +323,15 @@ std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path,
 }
 
 void SampleFindings::tell(CtImage& ct) const {
-    if (not_numbers > 0)
-        ct.notes.push_back(
-            fmt::format("samples that are no numbers were taken as air: {} ({:.3g} %)", not_numbers,
-                        100.0 * static_cast<double>(not_numbers) / static_cast<double>(ct.hu.size())));
+    const auto tell_of = [&](std::size_t count, const std::string& what) {
+        if (count > 0)
+            ct.notes.push_back(
+                fmt::format("{}: {} ({:.3g} %)", what, count,
+                            100.0 * static_cast<double>(count) / static_cast<double>(ct.hu.size())));
+    };
+    tell_of(not_numbers, "samples that are no numbers were taken as air");
+    tell_of(padding, "samples that the file calls padding were taken as air");
+    tell_of(above, fmt::format("samples above {} HU, such as metal, were set to it", highest_hu));
 }
 
 void interpolate_means(CtImage& ct) {

@@ -23,6 +23,7 @@ CtImage read_nifti(const std::filesystem::path&, const Progress&);
 CtImage read_nrrd(const std::filesystem::path&, const Progress&);
 LabelImage read_nifti_labels(const std::filesystem::path&, const Progress&);
 LabelImage read_nrrd_labels(const std::filesystem::path&, const Progress&);
+LabelImage read_dicom_labels(const std::filesystem::path&, const Progress&);
 CtImage read_dicom(const std::filesystem::path& folder, const std::string& series, const Progress&);
 
 CtImage read_metaimage(const std::filesystem::path&, const Progress&);
@@ -102,25 +103,31 @@ inline std::optional<std::int16_t> as_hu(double value) {
     return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
 }
 
+inline constexpr std::int16_t air_hu = -1000;
+
 /// Turns numbers into samples, and keeps in mind what there was among them.
 struct SampleFindings {
     bool fractions = false;       // labels that were not whole
     std::size_t not_numbers = 0;  // NaN
+    std::size_t above = 0;        // beyond highest_hu
+    std::size_t padding = 0;      // no image, by what the file says
 
     /// Empty for a number that is too large for a double.
     std::optional<std::int16_t> sample(double value, SampleKind kind) {
-        constexpr std::int16_t air = -1000;
         if (value != value) {
             ++not_numbers;
-            return kind == SampleKind::Labels ? std::int16_t{0} : air;
+            return kind == SampleKind::Labels ? std::int16_t{0} : air_hu;
         }
-        if (kind == SampleKind::Hounsfield) return as_hu(value);
+        if (kind == SampleKind::Hounsfield) {
+            above += value > highest_hu;
+            return as_hu(value);
+        }
         if (!(value > -1e300 && value < 1e300)) return std::nullopt;
         fractions = fractions || value != std::floor(value);
         const double within = value < -32768 ? -32768 : value > 32767 ? 32767 : value;
         return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
     }
-    /// Adds a note where there were samples that are no numbers.
+    /// Adds a note of each kind that there was, but of fractions.
     void tell(CtImage&) const;
 };
 

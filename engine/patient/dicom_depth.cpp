@@ -156,33 +156,31 @@ int items_of(std::string_view bytes) {
     return count;
 }
 
-std::string inflated(std::string_view bytes, const std::filesystem::path& name) {
+std::string inflated(std::string_view bytes, const std::filesystem::path& name, std::size_t most) {
     z_stream stream{};
     if (inflateInit2(&stream, -MAX_WBITS) != Z_OK)
         refuse_ct(name, "zlib does not start", "a working zlib is needed");
     std::string whole;
     std::vector<char> part(1 << 18);
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-    stream.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size(), most_inflated_dicom));
+    stream.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size(), most));
     int state = Z_OK;
-    while (state == Z_OK && whole.size() <= most_inflated_dicom) {
+    while (state == Z_OK && whole.size() <= most) {
         stream.next_out = reinterpret_cast<Bytef*>(part.data());
         stream.avail_out = static_cast<uInt>(part.size());
         state = inflate(&stream, Z_NO_FLUSH);
         whole.append(part.data(), part.size() - stream.avail_out);
     }
     inflateEnd(&stream);
-    if (whole.size() > most_inflated_dicom)
-        refuse_ct(
-            name,
-            fmt::format("found a deflated file that inflates to more than {} MiB", most_inflated_dicom >> 20),
-            "expected a slice of at most that size");
+    if (whole.size() > most)
+        refuse_ct(name, fmt::format("found a deflated file that inflates to more than {} MiB", most >> 20),
+                  "expected at most that");
     return whole;  // as far as the data are whole; DCMTK refuses the rest
 }
 
 }  // namespace
 
-void check_dicom_depth(std::string_view bytes, const std::filesystem::path& name) {
+void check_dicom_depth(std::string_view bytes, const std::filesystem::path& name, std::size_t most_inflated) {
     // The meta header, always explicit and little, up to the first element of another group.
     Syntax syntax;
     std::size_t data = bytes.size() < preamble || bytes.substr(128, 4) != "DICM" ? 0 : preamble;
@@ -207,7 +205,7 @@ void check_dicom_depth(std::string_view bytes, const std::filesystem::path& name
     std::string whole;
     std::string_view elements = bytes.substr(data);
     if (uid == "1.2.840.10008.1.2.1.99") {
-        whole = inflated(elements, name);
+        whole = inflated(elements, name, most_inflated);
         elements = whole;
     }
     if (items_of(elements) <= most_dicom_levels) return;
@@ -224,8 +222,8 @@ void check_dicom_depth(std::string_view bytes, const std::filesystem::path& name
                   fmt::format("expected {} levels at most", most_dicom_levels));
 }
 
-void check_dicom_depth(const std::filesystem::path& file) {
-    check_dicom_depth(io::read_text(file, "DICOM file", "expected a whole DICOM file"), file);
+void check_dicom_depth(const std::filesystem::path& file, std::size_t most_inflated) {
+    check_dicom_depth(io::read_text(file, "DICOM file", "expected a whole DICOM file"), file, most_inflated);
 }
 
 }  // namespace patient

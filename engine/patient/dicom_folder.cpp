@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
+#include <numbers>
 
 #include "engine/io/files.h"
 #include "engine/patient/ct_samples.h"
@@ -16,6 +17,11 @@ using geometry::Vec3;
 constexpr std::size_t most_files = 20000;
 
 using Series = std::vector<DicomSlice>;
+
+/// A file as the folder names it.
+std::string name_in(const fs::path& folder, const DicomSlice& slice) {
+    return slice.file.lexically_relative(folder).string();
+}
 
 std::string series_text(const Series& series) {
     const DicomSlice& first = series.front();
@@ -54,14 +60,16 @@ void require_one_grid(const fs::path& folder, const Series& series) {
             std::abs(slice.row_step - model.row_step) > slack ||
             std::abs(slice.column_step - model.column_step) > slack ||
             (slice.along_row - model.along_row).norm() > slack ||
-            (slice.along_column - model.along_column).norm() > slack)
+            (slice.along_column - model.along_column).norm() > slack ||
+            slice.frame_of_reference != model.frame_of_reference)
             refuse_ct(slice.file,
-                      fmt::format("its size, spacing or orientation is not that of {}", model.file.string()),
+                      fmt::format("its {} is not that of {}",
+                                  slice.frame_of_reference != model.frame_of_reference
+                                      ? "frame of reference"
+                                      : "size, spacing or orientation",
+                                  name_in(folder, model)),
                       "expected slices of one grid in a series");
     }
-    if (series.size() < 2)
-        refuse_ct(folder, fmt::format("one slice was found in the series {}", series_text(series)),
-                  "expected two or more");
 }
 
 bool same_bytes(const fs::path& a, const fs::path& b) {
@@ -92,8 +100,9 @@ int sort_slices(Series& series) {
 struct Line {
     Vec3 step;                      // from each slice to the next, where steps are equal
     std::vector<double> places;     // of slices, from the first in units of that step
-    double largest = 0, least = 0;  // steps [mm]
-    double usual = 0;               // a quarter of the steps are no longer than this [mm]
+    std::vector<double> steps;      // from each slice to the next [mm]
+    double largest = 0, least = 0;  // of them
+    double usual = 0, median = 0;   // a quarter, and half, of them are no longer than these
     double off = 0;                 // largest deviation from equal steps [mm]
 };
 
@@ -104,7 +113,12 @@ Line line_of(const fs::path& folder, const Series& series) {
     Line line;
     line.step = way / static_cast<double>(last);
     const double step = line.step.norm(), rise = normal.dot(way);
-    std::vector<double> steps;
+    constexpr double most_tilt = 40 * std::numbers::pi / 180;
+    if (rise > 0 && std::acos(std::min(1.0, rise / way.norm())) > most_tilt)
+        refuse_ct(folder,
+                  fmt::format("its slices follow one another {:.0f}° from their normal",
+                              std::acos(std::min(1.0, rise / way.norm())) * 180 / std::numbers::pi),
+                  "expected at most 40°, as of a tilted gantry");
     for (std::size_t i = 0; i <= last; ++i) {
         const Vec3 from_first = series[i].position - series.front().position;
         const double part = rise > 0 ? normal.dot(from_first) / rise : 0;
@@ -116,31 +130,27 @@ Line line_of(const fs::path& folder, const Series& series) {
                       fmt::format("expected at most {} mm", most_beside));
         line.places.push_back(part * static_cast<double>(last));
         line.off = std::max(line.off, std::abs(line.places[i] - static_cast<double>(i)) * step);
-        if (i > 0) steps.push_back((line.places[i] - line.places[i - 1]) * step);
+        if (i > 0) line.steps.push_back((line.places[i] - line.places[i - 1]) * step);
     }
-    std::ranges::sort(steps);
-    line.least = steps.front(), line.largest = steps.back();
-    line.usual = steps[steps.size() / 4];
+    std::vector<double> ordered = line.steps;
+    std::ranges::sort(ordered);
+    line.least = ordered.front(), line.largest = ordered.back();
+    line.usual = ordered[ordered.size() / 4], line.median = ordered[ordered.size() / 2];
     // Two images of one place are two of something: phases of a heart, or reconstructions.
     constexpr double least_step = 0.02;  // [mm]
-    for (std::size_t i = 1; i <= last; ++i)
-        if (const double by = (line.places[i] - line.places[i - 1]) * step; by < least_step)
+    for (std::size_t i = 0; i < last; ++i)
+        if (line.steps[i] < least_step)
             refuse_ct(folder,
-                      fmt::format("{:.3f} mm lie between {} and {}, which differ", by,
-                                  series[i - 1].file.filename().string(), series[i].file.filename().string()),
+                      fmt::format("{:.3f} mm lie between {} and {}, which differ", line.steps[i],
+                                  name_in(folder, series[i]), name_in(folder, series[i + 1])),
                       "expected one image of each place: one phase, one reconstruction");
     return line;
 }
 
 /// Refuses a series of equal steps from which slices are missing: what lies there is not known.
 void require_no_gap(const fs::path& folder, const Series& series, const Line& line) {
-    const double step = line.step.norm();
-    std::vector<double> steps;
-    for (std::size_t i = 1; i < series.size(); ++i)
-        steps.push_back((line.places[i] - line.places[i - 1]) * step);
-    std::vector<double> ordered = steps;
-    std::ranges::sort(ordered);
-    const double median = ordered[ordered.size() / 2];
+    const double median = line.median;
+    const std::vector<double>& steps = line.steps;
     const double slack = std::max(0.12, 0.02 * median);  // positions may be rounded to 0.1 mm
     std::size_t gap = 0;
     for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -154,8 +164,7 @@ void require_no_gap(const fs::path& folder, const Series& series, const Line& li
     refuse_ct(
         folder,
         fmt::format("a slice is missing: {:.3f} mm lie between {} and {}, {:.3f} mm between most slices",
-                    steps[gap - 1], series[gap - 1].file.filename().string(),
-                    series[gap].file.filename().string(), median),
+                    steps[gap - 1], name_in(folder, series[gap - 1]), name_in(folder, series[gap]), median),
         "expected a whole series");
 }
 
@@ -181,12 +190,13 @@ void resample(CtImage& ct, const Line& line, double step) {
         for (std::size_t i = 0; i < layer; ++i)
             to[i] = static_cast<std::int16_t>(std::lround((1 - part) * a[i] + part * b[i]));
     }
-    even.notes = std::move(ct.notes);
-    ct = std::move(even);
+    ct.grid = even.grid;
+    ct.hu = std::move(even.hu);
 }
 
 /// All slices, each file read once.
 void read_all(const Series& series, CtImage& ct, const Progress& progress) {
+    SampleFindings findings;
     std::map<fs::path, std::vector<int>> by_file;
     for (std::size_t k = 0; k < series.size(); ++k) by_file[series[k].file].push_back(static_cast<int>(k));
     std::size_t done = 0;
@@ -200,17 +210,21 @@ void read_all(const Series& series, CtImage& ct, const Progress& progress) {
             slices.push_back(&series[static_cast<std::size_t>(k)]);
             to.push_back(ct.hu.data() + ct.grid.index(0, 0, k));
         }
-        read_dicom_slices(slices, to);
+        read_dicom_slices(slices, to, findings);
         done += layers.size();
     }
+    findings.tell(ct);
 }
 
 }  // namespace
 
 CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Progress& progress) {
     std::vector<fs::path> files;
+    int empty = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-        if (!entry.is_regular_file() || !has_dicom_mark(entry.path())) continue;
+        if (!entry.is_regular_file()) continue;
+        empty += entry.file_size() == 0;
+        if (!is_dicom_file(entry.path())) continue;
         if (entry.path().filename() == "DICOMDIR") continue;
         files.push_back(entry.path());
         if (files.size() > most_files)
@@ -230,12 +244,19 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
     Series series = chosen(folder, std::move(all), wanted);
     CtImage ct;
     require_one_grid(folder, series);
+    if (empty > 0)
+        ct.notes.push_back(fmt::format("{} in the folder {} empty: slices may be missing at an end",
+                                       empty == 1 ? "a file" : fmt::format("{} files", empty),
+                                       empty == 1 ? "is" : "are"));
     if (const int copies = sort_slices(series); copies > 0)
         ct.notes.push_back(fmt::format("{} {} left out: copies of other files", copies,
                                        copies == 1 ? "slice was" : "slices were"));
-    require_one_grid(folder, series);
+    if (series.size() < 2)
+        refuse_ct(folder, fmt::format("one slice was found in the series {}", series_text(series)),
+                  "expected two or more");
     const Line line = line_of(folder, series);
     const DicomSlice& first = series.front();
+    ct.frame_of_reference = first.frame_of_reference;
     ct.grid.size = {first.columns, first.rows, static_cast<int>(series.size())};
     ct.grid.origin = first.position;
     ct.grid.steps = {first.column_step * first.along_row, first.row_step * first.along_column, line.step};

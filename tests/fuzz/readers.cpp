@@ -77,6 +77,10 @@ void dicom(const std::string& bytes) {
     patient::read_ct(folder() / "series");
 }
 
+void seg(const std::string& bytes) {
+    patient::read_labels(file_of(bytes, "mask.dcm"));
+}
+
 /// The description of an anatomy, whose lumen is a tetrahedron open at one side.
 void anatomy_json(const std::string& bytes) {
     file_of(
@@ -161,7 +165,8 @@ constexpr std::array all_readers = {Reader{"script", script},
                                     Reader{"nifti", ct<nifti>},
                                     Reader{"nifti_gz", ct<nifti_gz>},
                                     Reader{"nrrd", ct<nrrd>},
-                                    Reader{"dicom", dicom}};
+                                    Reader{"dicom", dicom},
+                                    Reader{"seg", seg}};
 
 }  // namespace
 

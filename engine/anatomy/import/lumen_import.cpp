@@ -113,7 +113,7 @@ constexpr double coarse_edge = 0.6;  // of the radius, median
 /// A lumen at least this many times as long as wide is a vessel.
 constexpr double least_slenderness = 1.25;
 /// Vessels that span less than this may be in centimetres [mm].
-constexpr double small_span = 60;
+constexpr double small_span = 60, large_span = 2500;
 
 double unit_in_mm(const std::string& unit) {
     if (unit == "mm") return 1;
@@ -284,6 +284,11 @@ private:
         Eigen::AlignedBox3d box;
         for (const Vec3& v : lumen.mesh.vertices) box.extend(v);
         const double span = box.diagonal().norm();
+        if (span > large_span)
+            throw io::InputError(
+                "vessels that span {:.0f} mm were found; expected up to {:.0f}: is the unit right, or does a "
+                "corner lie far away?",
+                span, large_span);
         note("the vessels span {:.0f} mm, half of their radii are above {:.2g} mm", span,
              figures_.median_radius);
         if (span < small_span && options_.unit == "mm") {
@@ -292,6 +297,28 @@ private:
                 "give --unit cm",
                 span);
         }
+        warn_of_spikes(lumen.mesh);
+    }
+
+    /// A corner far from all its neighbours is a slip of the program that wrote the mesh.
+    void warn_of_spikes(const TriangleMesh& mesh) {
+        std::vector<double> nearest(mesh.vertices.size(), std::numeric_limits<double>::infinity());
+        for (const auto& t : mesh.triangles)
+            for (int k = 0; k < 3; ++k) {
+                const int a = t[k], b = t[(k + 1) % 3];
+                const double length = (mesh.vertices[a] - mesh.vertices[b]).norm();
+                nearest[a] = std::min(nearest[a], length);
+                nearest[b] = std::min(nearest[b], length);
+            }
+        std::vector<double> ordered = nearest;
+        const auto middle = ordered.begin() + std::ssize(ordered) / 2;
+        std::ranges::nth_element(ordered, middle);
+        constexpr double usual_lengths = 20;
+        const auto farthest =
+            std::ranges::max_element(nearest, {}, [](double d) { return std::isfinite(d) ? d : 0; });
+        if (!std::isfinite(*farthest) || *farthest < usual_lengths * *middle) return;
+        warned("a corner stands out {:.0f} mm from its neighbours, at {}: a fault of the mesh?", *farthest,
+               io::place_text(mesh.vertices[static_cast<std::size_t>(farthest - nearest.begin())]));
     }
 
     TracingOptions tracing(const TriangleMesh& mesh, const TriangleMesh& whole, double from,

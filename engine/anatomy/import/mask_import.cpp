@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "engine/anatomy/import/mask_surface.h"
@@ -61,6 +62,13 @@ std::string list_of(const LabelImage& image, const std::map<Label, std::size_t>&
     return listed > 40 ? list + fmt::format(" and {} more", listed - 40) : list;
 }
 
+/// Whether segments have the same number, as in layers.
+bool numbers_repeat(const LabelImage& image) {
+    std::set<int> numbers;
+    return std::ranges::any_of(
+        image.names, [&](const LabelImage::Name& name) { return !numbers.insert(name.value).second; });
+}
+
 /// The labels that the words name: by the file's names, else by number. Where several segments have one
 /// number, as in layers, it counts the segments.
 std::vector<Label> chosen_labels(const LabelImage& image, const std::filesystem::path& file,
@@ -97,15 +105,24 @@ std::vector<Label> chosen_labels(const LabelImage& image, const std::filesystem:
     std::vector<Label> chosen;
     for (const std::string& word : words) {
         std::optional<Label> found;
-        for (const LabelImage::Name& name : image.names)
-            if (!found && io::lower_case(name.name) == io::lower_case(word)) found = {name.layer, name.value};
+        for (const LabelImage::Name& name : image.names) {
+            if (io::lower_case(name.name) != io::lower_case(word) ||
+                !counts.contains({name.layer, name.value}))
+                continue;
+            if (found)
+                refuse_mask(file,
+                            fmt::format("--label {}: several have this name; expected the number of one of "
+                                        "them: {}",
+                                        word, list_of(image, counts)));
+            found = {name.layer, name.value};
+        }
         if (const std::optional<int> number = io::parse_integer(word); number && !found) {
             std::vector<Label> by_number;
             for (const auto& [label, count] : counts)
                 if (label.second == *number) by_number.push_back(label);
             if (by_number.size() == 1)
                 found = by_number[0];
-            else if (image.layers > 1 && *number >= 1 && *number <= static_cast<int>(image.names.size()))
+            else if (numbers_repeat(image) && *number >= 1 && *number <= static_cast<int>(image.names.size()))
                 found = {image.names[static_cast<std::size_t>(*number) - 1].layer,
                          image.names[static_cast<std::size_t>(*number) - 1].value};
         }
@@ -157,7 +174,7 @@ void add_from(const VesselMask& from, VesselMask& to, const std::filesystem::pat
         refuse_mask(
             file,
             fmt::format("{} of its voxels lie outside the grid of the first mask; expected masks of one "
-                        "CT: give the one with the largest grid first",
+                        "CT: give the one with the largest grid first, or --ct",
                         outside));
     const auto range = [&](int a) {
         return std::pair(std::max(0, static_cast<int>(std::floor(low[a])) - 2),
@@ -178,11 +195,22 @@ void add_from(const VesselMask& from, VesselMask& to, const std::filesystem::pat
             }
 }
 
-VesselMask read_mask(const std::filesystem::path& file, const std::vector<std::string>& words,
+/// A mask of a file, with what the file says of its place.
+struct PlacedMask {
+    VesselMask mask;
+    std::string frame_of_reference;
+    bool only_marked = false;
+};
+
+PlacedMask read_mask(const std::filesystem::path& file, const std::vector<std::string>& words,
                      std::vector<Finding>& findings) {
     LabelImage image = patient::read_labels(file);
     const std::vector<Label> labels = chosen_labels(image, file, words);
-    VesselMask mask{image.grid, std::vector<std::uint8_t>(image.grid.count(), 0)};
+    PlacedMask placed;
+    placed.frame_of_reference = image.frame_of_reference;
+    placed.only_marked = image.only_marked;
+    VesselMask& mask = placed.mask;
+    mask = {image.grid, std::vector<std::uint8_t>(image.grid.count(), 0)};
     const auto layers = static_cast<std::size_t>(image.layers);
     for (const auto& [layer, value] : labels)
         for (std::size_t n = 0; n < mask.inside.size(); ++n)
@@ -191,11 +219,70 @@ VesselMask read_mask(const std::filesystem::path& file, const std::vector<std::s
     for (const Label& label : labels) list += (list.empty() ? "" : ", ") + text_of(image, label);
     findings.push_back({Finding::Kind::Noted, fmt::format("{}: label {}, {}", file.filename().string(), list,
                                                           grid_text(image.grid))});
+    for (const std::string& note : image.notes)
+        findings.push_back({Finding::Kind::Warned, fmt::format("{}: {}", file.filename().string(), note)});
     if (image.fractions)
         findings.push_back({Finding::Kind::Warned,
                             fmt::format("{} has fractions: voxels from 0.5 on are taken as the vessel",
                                         file.filename().string())});
-    return mask;
+    return placed;
+}
+
+/// Where the first voxel of one grid is in another, if all its voxels are voxels of that one or would be in a
+/// larger one like it.
+std::optional<std::array<int, 3>> place_in(const VolumeGrid& part, const VolumeGrid& whole) {
+    // In a slice, and along the slices, whose positions may be rounded to 0.1 mm [voxels].
+    constexpr std::array<double, 3> near = {0.02, 0.02, 0.25};
+    const Mat3 inverse = whole.axes().inverse();
+    std::array<int, 3> offset{};
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 at((corner & 1) * (part.size[0] - 1), (corner >> 1 & 1) * (part.size[1] - 1),
+                      (corner >> 2) * (part.size[2] - 1));
+        const Vec3 there = index_of(whole, inverse, part.at(at.x(), at.y(), at.z())) - at;
+        for (int a = 0; a < 3; ++a) {
+            if (!(std::abs(there[a]) < 1e6)) return std::nullopt;
+            if (corner == 0) offset[a] = static_cast<int>(std::lround(there[a]));
+            if (std::abs(there[a] - offset[a]) > near[a]) return std::nullopt;
+        }
+    }
+    return offset;
+}
+
+/// Puts the voxels of a mask, at that place, into a grid with more or fewer empty slices; unless some are
+/// outside it.
+void move_into(const VolumeGrid& grid, const std::array<int, 3>& offset, VesselMask& mask) {
+    VesselMask moved{grid, std::vector<std::uint8_t>(grid.count(), 0)};
+    for (int k = 0; k < mask.grid.size[2]; ++k)
+        for (int j = 0; j < mask.grid.size[1]; ++j)
+            for (int i = 0; i < mask.grid.size[0]; ++i) {
+                if (!mask.inside[mask.grid.index(i, j, k)]) continue;
+                const std::array<int, 3> to = {i + offset[0], j + offset[1], k + offset[2]};
+                for (int a = 0; a < 3; ++a)
+                    if (to[a] < 0 || to[a] >= grid.size[a]) return;
+                moved.inside[grid.index(to[0], to[1], to[2])] = 1;
+            }
+    mask = std::move(moved);
+}
+
+/// Refuses a mask whose coordinates are not those of the CT or of the first mask, by what their files say;
+/// but takes one whose voxels are the other's.
+void require_frame(const std::filesystem::path& file, const PlacedMask& placed,
+                   const std::filesystem::path& other, const std::string& frame, const VolumeGrid& grid,
+                   bool any_frame, std::vector<Finding>& findings) {
+    const std::string& own = placed.frame_of_reference;
+    if (own.empty() || frame.empty() || own == frame) return;
+    const std::string differ =
+        fmt::format("its frame of reference {} is not that of {}, {}", own, other.filename().string(), frame);
+    if (any_frame || place_in(placed.mask.grid, grid))
+        findings.push_back(
+            {Finding::Kind::Warned,
+             fmt::format("{}: {}; {}, so it is taken to lie there", file.filename().string(), differ,
+                         any_frame ? "--any-frame was given" : "but the voxels are the same")});
+    else
+        refuse_mask(file,
+                    differ +
+                        "; expected a mask in the same coordinates: the CT that it was drawn in, or the "
+                        "mask after registration; --any-frame takes it as it is");
 }
 
 /// The contrast that hangs together with the seed.
@@ -267,12 +354,12 @@ VesselMask grown_in(const patient::CtImage& ct, const MaskSource& source, std::v
 }  // namespace
 
 bool is_mask_file(const std::filesystem::path& file) {
-    return patient::is_volume_name(file);
+    return patient::is_label_file(file);
 }
 
 std::string stem_of_mask(const std::filesystem::path& file) {
     std::string name = file.filename().string();
-    for (const char* ending : {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr"})
+    for (const char* ending : {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr", ".seg.dcm", ".dcm"})
         if (io::lower_case(name).ends_with(ending))
             return name.substr(0, name.size() - std::string_view(ending).size());
     return file.stem().string();
@@ -311,8 +398,16 @@ ImportedLumen import_mask(const MaskSource& source, const ImportOptions& given) 
         if (!ct_grid) throw io::InputError("--from-ct needs --ct; expected both");
         mask = grown_in(ct, source, findings);
     }
+    std::filesystem::path framed = source.ct;
+    std::string frame = ct.frame_of_reference;
     for (const std::filesystem::path& file : source.masks) {
-        VesselMask more = read_mask(file, source.labels, findings);
+        PlacedMask placed = read_mask(file, source.labels, findings);
+        VesselMask& more = placed.mask;
+        require_frame(file, placed, framed, frame, ct_grid ? *ct_grid : mask.grid, source.any_frame,
+                      findings);
+        if (frame.empty()) framed = file, frame = placed.frame_of_reference;
+        if (placed.only_marked && ct_grid)
+            if (const auto offset = place_in(more.grid, *ct_grid)) move_into(*ct_grid, *offset, more);
         if (mask.inside.empty())
             mask = std::move(more);
         else if (same_grid(mask.grid, more.grid))

@@ -19,6 +19,7 @@ struct MaskSource {
     std::string series;                        // of a folder of DICOM files
     std::optional<geometry::Vec3> seed;        // in the contrast of the CT [mm]
     std::optional<double> threshold;           // least of the contrast [HU]
+    bool any_frame = false;  // masks of another frame of reference than the CT's lie in the same place
 };
 
 /// Whether the file is a volume, which may hold a mask.
@@ -28,7 +29,7 @@ std::string stem_of_mask(const std::filesystem::path&);
 
 /// The lumen of a mask in the patient's coordinates, smooth, with its ends open. Throws InputError for a mask
 /// that is empty, not a mask, of several labels none of which was chosen, in large pieces, or of another
-/// place than the CT.
+/// place or frame of reference than the CT.
 ImportedLumen import_mask(const MaskSource&, const ImportOptions&);
 
 /// What patient::require_fit says of the vessels and the CT. Throws InputError where they are not of one

@@ -7,6 +7,7 @@
 #include "engine/anatomy/import/lumen_import.h"
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/text.h"
+#include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/anatomy/tubes.h"
 #include "tests/engine/fixtures.h"
 
@@ -14,22 +15,6 @@ namespace anatomy {
 namespace {
 
 using geometry::Vec3;
-
-std::string binary_stl(const geometry::TriangleMesh& mesh, std::string head) {
-    head.resize(80, ' ');
-    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-    head.append(reinterpret_cast<const char*>(&count), 4);
-    for (const auto& t : mesh.triangles) {
-        head.append(12, '\0');
-        for (const int v : t)
-            for (int k = 0; k < 3; ++k) {
-                const auto number = static_cast<float>(mesh.vertices[static_cast<std::size_t>(v)][k]);
-                head.append(reinterpret_cast<const char*>(&number), 4);
-            }
-        head.append(2, '\0');
-    }
-    return head;
-}
 
 template <class Line>
 std::string rows(const std::vector<Line>& lines, const char* format) {
@@ -44,7 +29,7 @@ std::string file_of(const geometry::TriangleMesh& mesh, const std::string& kind,
     const std::size_t corners = mesh.vertices.size(), faces = mesh.triangles.size();
     const std::string places = rows(mesh.vertices, "{} {} {}\n"),
                       triangles = rows(mesh.triangles, "3 {} {} {}\n");
-    if (kind == "binary.stl") return binary_stl(mesh, remark);
+    if (kind == "binary.stl") return test::binary_stl(mesh, remark);
     if (kind == "text.stl") {
         std::string text = "solid " + remark + "\n";
         for (const auto& t : mesh.triangles) {
@@ -152,7 +137,7 @@ TEST(FileAxes, ImportTurnsAMeshThatSaysRasAndTellsIt) {
     ImportOptions options;
     options.unit = "mm";
     const auto end_of = [&](const ImportedLumen& lumen) { return lumen.anatomy.ends[1].opening.centre; };
-    test::write(folder / "plain.stl", binary_stl(mesh, "lumen"));
+    test::write(folder / "plain.stl", test::binary_stl(mesh, "lumen"));
     const ImportedLumen plain = import_lumen(folder / "plain.stl", options);
     const Vec3 there = end_of(plain);
     for (const char* kind : kinds) {

@@ -247,6 +247,20 @@ inline std::string text_stl(const geometry::TriangleMesh& mesh) {
     return text + "endsolid a tube\n";
 }
 
+/// `head` is what a program says of itself.
+inline std::string binary_stl(const geometry::TriangleMesh& mesh, std::string head) {
+    head.resize(80, ' ');
+    put(head, static_cast<std::uint32_t>(mesh.triangles.size()));
+    for (const auto& t : mesh.triangles) {
+        head.append(12, '\0');
+        for (const int v : t)
+            for (int k = 0; k < 3; ++k)
+                put(head, static_cast<float>(mesh.vertices[static_cast<std::size_t>(v)][k]));
+        head.append(2, '\0');
+    }
+    return head;
+}
+
 /// A binary glTF whose node scales by two and shifts by (1, 2, 3).
 inline std::string glb(const geometry::TriangleMesh& mesh) {
     std::string bytes;

@@ -138,7 +138,7 @@ TEST(PolyData, WhatIsWrongIsNamedWithItsPlace) {
                 "a.vtk:4: 'STRUCTURED_GRID' was found; expected POLYDATA");
     expect_said(vtk("ASCII\nDATASET POLYDATA\nPOINTS 2 float\n1 2 3\n4 5 nan\n"), "a.vtk:7: 'nan' was found");
     expect_said(vtk("BINARY\nDATASET POLYDATA\nPOINTS 900000 float\n1 2 3\n"),
-                "the file ends 6 bytes into a coordinate");
+                "the end of the file 6 bytes into a coordinate");
 }
 
 TEST(PolyData, PackedZerosTakeNoMoreMemoryThanTheFileMay) {

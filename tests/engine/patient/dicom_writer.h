@@ -10,6 +10,7 @@
 #include <dcmtk/dcmdata/dctk.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <functional>
 #include <openjpeg.h>
 #include <string>
 #include <vector>
@@ -28,6 +29,9 @@ struct DicomSeries {
     bool enhanced = false;   // all slices as frames of one file
     std::vector<double> at;  // places of slices along the grid's last axis, in its steps; empty = 0, 1, 2, …
     double rounded = 0;      // positions are written in multiples of this [mm]
+    std::string frame_of_reference = "1.2.826.0.1.3680043.2.1143.9";
+    std::function<void(DcmDataset&, int k)> change = {};  // of a slice, last of all
+    E_TransferSyntax syntax = EXS_LittleEndianExplicit;   // of one whose samples are as they were put
 };
 
 /// A code stream of JPEG 2000, lossless.
@@ -72,7 +76,7 @@ inline E_TransferSyntax put_samples(DcmDataset& data, const std::vector<std::vec
         std::vector<Uint16> all;
         for (const std::vector<Uint16>& frame : frames) all.insert(all.end(), frame.begin(), frame.end());
         data.putAndInsertUint16Array(DCM_PixelData, all.data(), static_cast<unsigned long>(all.size()));
-        return EXS_LittleEndianExplicit;
+        return series.syntax;
     }
     auto* const fragments = new DcmPixelSequence(DCM_PixelSequenceTag);
     auto* const offsets = new DcmPixelItem(DCM_PixelItemTag);
@@ -122,6 +126,7 @@ inline void write_dicom(const std::filesystem::path& folder, const patient::CtIm
         put(data, DCM_StudyInstanceUID, "1.2.826.0.1.3680043.2.1143");
         put(data, DCM_SeriesInstanceUID, series.uid);
         put(data, DCM_SeriesNumber, series.number);
+        if (!series.frame_of_reference.empty()) put(data, DCM_FrameOfReferenceUID, series.frame_of_reference);
         put(data, DCM_SeriesDescription, series.description);
         put(data, DCM_Modality, series.modality);
         put(data, DCM_ImageType,
@@ -176,6 +181,7 @@ inline void write_dicom(const std::filesystem::path& folder, const patient::CtIm
         put(data, DCM_PixelSpacing, spacing);
         rescale(data);
         const E_TransferSyntax syntax = put_samples(data, {samples(k)}, grid.size[0], grid.size[1], series);
+        if (series.change) series.change(data, k);
         const int name = series.shuffled ? (7 * k + 3) % 1009 : k;
         if (file.saveFile((folder / fmt::format("IM{:04}", name)).c_str(), syntax).bad())
             throw std::runtime_error("no DICOM file was written");
