@@ -1,7 +1,7 @@
 #!/bin/bash
 # tests/wheels.sh [SYSTEM...]: makes portable wheels (app/python/wheel.py --portable) for the CPythons of other systems, unpacks
 # each in a bare chroot of its system, with NumPy and nothing else of what Seldinger needs, and runs it there: two exercises of
-# 100 steps, whose states must equal those of this machine's build where glibc is 2.35 or newer (on 2.31 renal's do not), images,
+# 100 steps, whose states must equal those of this machine's build where glibc is 2.35 or newer (on 2.31 they do not), images,
 # which may differ by two grey levels, for Mesa and its LLVM are older, and an environment. Needs root, debootstrap, patchelf and
 # build/python.
 #   SYSTEM   bullseye, bookworm, trixie (Debian 11, 12, 13: CPython 3.9, 3.11, 3.13), jammy, noble (Ubuntu 22.04, 24.04: CPython
@@ -57,8 +57,9 @@ done
 rm -rf build/wheels
 /usr/bin/python3 app/python/wheel.py --portable --out build/wheels "${pythons[@]}" >build/wheels.log || fail "no wheels"
 cat >"$folder/try.py" <<'TRY'
-import hashlib, os, sys
+import ctypes, hashlib, os, sys
 import numpy as np
+ctypes.CDLL("libstdc++.so.6")  # the system's, as other modules bring it, beside the wheel's
 import seldinger as sd
 folder = sys.argv[1]
 for name in ("s_bend", "renal"):

@@ -34,7 +34,10 @@ UNVERSIONED = re.compile("exp|exp2|log|log2|pow|dladdr|dlclose|dlerror|dlopen|dl
                          "pthread_(attr_getstack|attr_setstacksize|cancel|create|detach|"
                          "getaffinity_np|getattr_np|getspecific|join|key_create|key_delete|mutex_clocklock|mutex_trylock|mutexattr_(destroy|init|settype)|"
                          "once|setaffinity_np|setspecific)")
-NEWEST = {"GLIBC": ("GLIBC_2.2.5", (2, 28)), "GLIBCXX": ("GLIBCXX_3.4", (3, 4, 28)), "CXXABI": ("CXXABI_1.3", (1, 3, 12))}
+# The newest versions that systems with glibc 2.28 have, and those that the wheel's own libstdc++ has. auditwheel does not tell
+# the two libstdc++ apart, so that nothing may ask for versions between them.
+NEWEST = {"GLIBC": ("GLIBC_2.2.5", (2, 28), (2, 28)), "GLIBCXX": ("GLIBCXX_3.4", (3, 4, 24), (3, 4, 28)),
+          "CXXABI": ("CXXABI_1.3", (1, 3, 11), (1, 3, 12))}
 
 
 def run(*command, **options):
@@ -55,8 +58,8 @@ def mirror():
 
 def build_root(folder, source=None):
     """Makes the libraries and headers of the older system in folder/root, unless they are there. Needs apt, but not root."""
-    root = folder / "root"
-    if root.is_dir():
+    root, wanted = folder / "root", " ".join(LIBRARIES + HEADERS)
+    if (root / "packages").exists() and (root / "packages").read_text() == wanted:
         return root
     if os.uname().machine != MACHINE:
         raise SystemExit(f"wheel: --portable needs a machine of {MACHINE}, found {os.uname().machine}")
@@ -107,6 +110,8 @@ set_target_properties(fmt::fmt PROPERTIES INTERFACE_COMPILE_DEFINITIONS FMT_HEAD
             target = os.path.relpath(str(made) + os.readlink(path), path.parent)
             path.unlink()
             path.symlink_to(target)
+    (made / "packages").write_text(wanted)
+    shutil.rmtree(root, ignore_errors=True)
     made.rename(root)
     shutil.rmtree(state)
     return root
@@ -171,7 +176,8 @@ set(CMAKE_MODULE_LINKER_FLAGS_INIT "-s -L{lib} {first} -Wl,--exclude-libs,ALL -W
     build = folder / "build"
     wheels = ";".join(f"{tag}={path}" for tag, path in headers.items())
     run("cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-        "-DSELDINGER_PYTHON=OFF", "-DSELDINGER_TESTS=OFF", "-DSELDINGER_BENCHMARKS=OFF", f"-DSELDINGER_WHEELS={wheels}")
+        "-DSELDINGER_PYTHON=OFF", "-DSELDINGER_TESTS=OFF", "-DSELDINGER_BENCHMARKS=OFF", f"-DSELDINGER_WHEELS={wheels}",
+        env={**os.environ, "CCACHE_DISABLE": "1"})  # which would answer CMake with the folders of another build
     run("cmake", "--build", build, "--target", *(f"core_{tag}" for tag in headers))
     made = {}
     for tag in headers:
@@ -180,8 +186,10 @@ set(CMAKE_MODULE_LINKER_FLAGS_INIT "-s -L{lib} {first} -Wl,--exclude-libs,ALL -W
     return made
 
 
-def take_older_functions(file):
-    """Lets a library ask for no version of what it asks of a newer glibc or libstdc++, where all of it is in UNVERSIONED."""
+def fit(file):
+    """Lets a library ask for no version of what it asks of a newer glibc or libstdc++, where all of it is in UNVERSIONED or in
+    the wheel's libstdc++. Its unique symbols become weak: those of a newer libstdc++ in the process, as NumPy may bring it,
+    would take the place of the wheel's, which then reads no number."""
     data = bytearray(file.read_bytes())
     start, = struct.unpack_from("<Q", data, 0x28)
     size, count, names = struct.unpack_from("<HHH", data, 0x3a)
@@ -193,9 +201,11 @@ def take_older_functions(file):
     if ".gnu.version_r" not in sections:
         return
     strings, symbols = sections[".dynstr"][4], sections[".dynsym"]
-    asked = {}
+    asked, unique, weak = {}, 10, 2
     for i in range(symbols[5] // 24):
-        name, = struct.unpack_from("<I", data, symbols[4] + 24 * i)
+        name, kind = struct.unpack_from("<IB", data, symbols[4] + 24 * i)
+        if kind >> 4 == unique:
+            data[symbols[4] + 24 * i + 4] = weak << 4 | kind & 15
         place = sections[".gnu.version"][4] + 2 * i
         asked.setdefault(struct.unpack_from("<H", data, place)[0] & 0x7fff, {})[text(strings, name)] = place
     at = sections[".gnu.version_r"][4]
@@ -215,10 +225,11 @@ def take_older_functions(file):
     place = {version: name for _, _, name, version in entries}
     for entry, number, _, version in entries:
         library, _, parts = version.partition("_")
-        oldest, newest = NEWEST.get(library, (None, None))
-        if oldest not in place or tuple(map(int, parts.split("."))) <= newest:
+        oldest, newest, ours = NEWEST.get(library, (None, None, None))
+        asks = oldest in place and tuple(map(int, parts.split(".")))
+        if not asks or asks <= newest:
             continue
-        if all(UNVERSIONED.fullmatch(name) for name in asked.get(number, ())):
+        if asks <= ours or all(UNVERSIONED.fullmatch(name) for name in asked.get(number, ())):
             for one in asked.get(number, {}).values():
                 struct.pack_into("<H", data, one, 0)
             value = 0

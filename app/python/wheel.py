@@ -108,7 +108,7 @@ def bundled(modules, work, root=Path("/")):
                        ["--set-rpath", "$ORIGIN" if is_library else "$ORIGIN/../seldinger.libs"]):
             if change:
                 output("patchelf", *change, file)
-        portable.take_older_functions(file)
+        portable.fit(file)
     everything = [*made, *libs.iterdir()]
     for file in everything:
         strange = [name for name in needed(file) if not (libs / name).exists()]
@@ -119,14 +119,13 @@ def bundled(modules, work, root=Path("/")):
     return made, libs, licences, f"manylinux_{major}_{minor}_{machine}"
 
 
-METADATA = """Metadata-Version: 2.1
+METADATA = """Metadata-Version: 2.4
 Name: seldinger
 Version: {version}
 Summary: Guidewire training simulator: wire physics, live fluoroscopy, scores, environments for learning
 Author: The Seldinger authors
-License: {licence}
-License-File: LICENSE
-Keywords: guidewire,catheter,fluoroscopy,simulation,reinforcement learning
+License-Expression: MIT
+{licences}Keywords: guidewire,catheter,fluoroscopy,simulation,reinforcement learning
 Classifier: Development Status :: 4 - Beta
 Classifier: Intended Audience :: Science/Research
 Classifier: Operating System :: POSIX :: Linux
@@ -141,7 +140,7 @@ Classifier: Programming Language :: Python :: Implementation :: CPython
 Classifier: Topic :: Scientific/Engineering :: Medical Science Apps.
 Classifier: Typing :: Typed
 Requires-Python: >=3.9
-Requires-Dist: numpy
+Requires-Dist: numpy>=1.19
 Provides-Extra: gym
 Requires-Dist: gymnasium>=0.29; extra == "gym"
 Description-Content-Type: text/markdown
@@ -150,19 +149,18 @@ Description-Content-Type: text/markdown
 """
 
 
-def metadata(version):
-    """Name, licence and text as pip shows them."""
-    licence = (SOURCE / "LICENSE").read_text().splitlines()[0].strip()
+def metadata(version, licences):
+    """Name, licences and text as pip shows them."""
     text = (SOURCE / "docs" / "python" / "start.md").read_text()
-    return METADATA.format(version=version, licence=licence, text=text)
+    return METADATA.format(version=version, licences="".join(f"License-File: {path.name}\n" for path in licences), text=text)
 
 
 def build(package, out, version, module, tag, libs=None, licences=None, platform=None):
     platform = platform or sysconfig.get_platform().replace("-", "_").replace(".", "_")
     info = f"seldinger-{version}.dist-info"
+    licences = [SOURCE / "LICENSE", *(sorted(licences.iterdir()) if licences else [])]
     meta = {
-        f"{info}/METADATA": metadata(version),
-        f"{info}/LICENSE": (SOURCE / "LICENSE").read_text(),
+        f"{info}/METADATA": metadata(version, licences),
         f"{info}/WHEEL": f"Wheel-Version: 1.0\nGenerator: seldinger\nRoot-Is-Purelib: false\nTag: {tag}-{tag}-{platform}\n",
     }
     wheel = out / f"seldinger-{version}-{tag}-{tag}-{platform}.whl"
@@ -182,8 +180,8 @@ def build(package, out, version, module, tag, libs=None, licences=None, platform
 
         for name, path in files(package, module):
             add(name, path.read_bytes())
-        for folder, place in ((libs, "seldinger.libs"), (licences, f"{info}/licenses")):
-            for path in sorted(folder.iterdir()) if folder else []:
+        for place, paths in (("seldinger.libs", sorted(libs.iterdir()) if libs else []), (f"{info}/licenses", licences)):
+            for path in paths:
                 add(f"{place}/{path.name}", path.read_bytes())
         for name, text in meta.items():
             add(name, text.encode())

@@ -1,3 +1,5 @@
+import base64
+import hashlib
 import importlib.util
 import os
 import re
@@ -23,7 +25,13 @@ def test_a_wheel_works_where_nothing_of_the_source_is(tmp_path):
         names = wheel.namelist()
         record = wheel.read(next(name for name in names if name.endswith("/RECORD"))).decode()
         wheel.extractall(tmp_path / "site")
-    assert {line.split(",")[0] for line in record.splitlines()} == set(names)
+        for line in record.splitlines():
+            name, digest, size = line.split(",")
+            data = wheel.read(name)
+            whole = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+            assert (digest, size) == (("", "") if name.endswith("/RECORD") else (f"sha256={whole}", str(len(data)))), name
+    assert sorted(line.split(",")[0] for line in record.splitlines()) == sorted(names)
+    assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names)
     for needed in ("seldinger/__init__.py", "seldinger/py.typed", "seldinger/_core.pyi", "seldinger/gym/batch.py",
                    "seldinger/assets/scenarios/renal.toml", "seldinger/assets/devices/glide035.toml"):
         assert needed in names
@@ -47,6 +55,8 @@ def test_a_bundled_package_takes_every_library_but_the_c_library_from_itself(tmp
     assert re.fullmatch(r"manylinux_2_\d+_\w+", platform)
     for file in (module, *libs.iterdir()):
         assert all((libs / name).exists() for name in wheel.needed(file)), file
+        # Another libstdc++ of the process would give its own for them.
+        assert not re.search(r"\bUNIQUE\b", wheel.output("readelf", "-W", "--dyn-syms", file)), file
     shutil.copytree(package, tmp_path / "seldinger", ignore=shutil.ignore_patterns("_core*.so", "assets"))
     shutil.move(module, tmp_path / "seldinger")
     text = ("import seldinger as sd; sim = sd.Simulation('s_bend', cache=''); sim.step(); sim.image(64); "
@@ -61,6 +71,6 @@ def test_a_bundled_package_takes_every_library_but_the_c_library_from_itself(tmp
     assert not {path.name for path in loaded if path.parent != libs} & (of_us - {"libz.so.1"})
     if shutil.which("dpkg-query"):
         assert {"libassimp5.copyright", "zlib1g.copyright"} <= {path.name for path in licences.iterdir()}
-    metadata = wheel.metadata("1.2.3")
-    for line in ("Version: 1.2.3", "License: MIT License", "Requires-Dist: numpy"):
+    metadata = wheel.metadata("1.2.3", [SOURCE / "LICENSE"])
+    for line in ("Version: 1.2.3", "License-Expression: MIT", "License-File: LICENSE", "Requires-Dist: numpy>=1.19"):
         assert line in metadata.splitlines()

@@ -286,9 +286,9 @@ class Batch:
                                  "expected 'branches'")
             self._aim(i, names[int(rng.integers(len(names)))])
         elif isinstance(wanted, str) and wanted == "scenario":
-            branch, along, _ = self._target_of(own)
-            if branch in branches:
-                self._aim(i, _at(branches[branch], along))
+            named, along, _ = self._target_of(own)
+            if named in branches:
+                self._aim(i, _at(branches[named], along))
         else:
             names = list(branches) if isinstance(wanted, str) else list(wanted)
             _require_branches(names, list(branches))
