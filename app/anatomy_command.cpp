@@ -161,11 +161,11 @@ void AnatomyCommand::add_import() {
         "  seldinger anatomy import lumen.vtp --unit cm --axes ras --out vessels "
         "--scenario mine.toml");
     import_
-        ->add_option(
-            "vessel", vessels_,
-            "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, "
-            ".vtk); or a mask, or "
-            "several that are joined: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd), DICOM SEG (.dcm)")
+        ->add_option("vessel", vessels_,
+                     "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, "
+                     ".vtk); or a mask, or "
+                     "several that are joined: NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd), MetaImage "
+                     "(.mha), DICOM SEG (.dcm)")
         ->type_name("FILE");
     import_
         ->add_option("--label", request.mask.labels,

@@ -89,9 +89,7 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
 }
 
 bool is_label_file(const fs::path& path) {
-    const std::string name = io::lower_case(path.filename().string());
-    for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr", ".dcm"})
-        if (name.ends_with(ending)) return true;
+    if (format_of(path) != Format::None || io::lower_case(path.extension().string()) == ".dcm") return true;
     std::error_code failed;
     return fs::is_regular_file(path, failed) && is_dicom_file(path);  // a FIFO is not opened
 }
@@ -102,13 +100,16 @@ LabelImage read_labels(const fs::path& path, const Progress& progress) {
     if (!fs::is_regular_file(path, failed) || !is_label_file(path))
         refuse_ct(path,
                   fs::exists(path, failed) ? "a file of another kind was found" : "no such mask can be read",
-                  "expected a mask as NIfTI (.nii, .nii.gz), NRRD (.nrrd, .seg.nrrd) or DICOM SEG (.dcm)");
+                  "expected a mask as NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .seg.nrrd), "
+                  "MetaImage (.mha, .mhd) or DICOM SEG (.dcm)");
     try {
         switch (format_of(path)) {
             case Format::Nrrd:
                 return read_nrrd_labels(path, progress);
             case Format::Nifti:
                 return read_nifti_labels(path, progress);
+            case Format::MetaImage:
+                return read_metaimage_labels(path, progress);
             default:
                 return read_dicom_labels(path, progress);
         }

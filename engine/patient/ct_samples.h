@@ -27,6 +27,7 @@ LabelImage read_dicom_labels(const std::filesystem::path&, const Progress&);
 CtImage read_dicom(const std::filesystem::path& folder, const std::string& series, const Progress&);
 
 CtImage read_metaimage(const std::filesystem::path&, const Progress&);
+LabelImage read_metaimage_labels(const std::filesystem::path&, const Progress&);
 
 /// The files with the samples of a header; none where they are in the file itself. Throw InputError.
 std::vector<std::filesystem::path> nrrd_data_files(const std::filesystem::path&);

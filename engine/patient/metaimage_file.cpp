@@ -121,19 +121,12 @@ std::optional<fs::path> meta_data_file(const MetaHeader& header) {
     return header.path.parent_path() / name;
 }
 
-}  // namespace
-
-std::vector<fs::path> metaimage_data_files(const fs::path& path) {
-    const auto file = meta_data_file(read_meta_header(path));
-    return file ? std::vector{*file} : std::vector<fs::path>{};
-}
-
-CtImage read_metaimage(const fs::path& path, const Progress& progress) {
+std::vector<std::int16_t> samples_of(const fs::path& path, const Progress& progress, SampleKind kind,
+                                     render::VolumeGrid& grid, SampleFindings& findings) {
     const MetaHeader header = read_meta_header(path);
     const io::NumberType type = meta_type(header);
-    CtImage ct;
-    ct.grid = meta_grid(header);
-    require_usable(path, ct.grid);
+    grid = meta_grid(header);
+    require_usable(path, grid);
     if (!is_placed(header))
         refuse_ct(path, "its header does not say where it lies in the patient",
                   "expected Offset and ElementSpacing");
@@ -146,7 +139,7 @@ CtImage read_metaimage(const fs::path& path, const Progress& progress) {
     const bool packed = header.flag("compresseddata");
     if (const std::string skip = header.given({"headersize"}, "0"); skip == "-1" && !packed) {
         std::error_code failed;
-        const std::uint64_t size = fs::file_size(data, failed), needed = ct.grid.count() * io::size_of(type);
+        const std::uint64_t size = fs::file_size(data, failed), needed = grid.count() * io::size_of(type);
         if (!failed && size >= needed) begin = size - needed;
     } else if (const std::optional<int> bytes = io::parse_integer(skip); bytes && *bytes >= 0) {
         begin += static_cast<std::uint64_t>(*bytes);
@@ -155,11 +148,30 @@ CtImage read_metaimage(const fs::path& path, const Progress& progress) {
     }
     ByteSource source(data, begin, packed ? Packing::Deflate : Packing::None);
     const bool big_endian = header.flag("binarydatabyteordermsb") || header.flag("elementbyteordermsb");
+    return read_samples(source, data, grid.count(), type, big_endian, {}, progress, kind, findings);
+}
+
+}  // namespace
+
+std::vector<fs::path> metaimage_data_files(const fs::path& path) {
+    const auto file = meta_data_file(read_meta_header(path));
+    return file ? std::vector{*file} : std::vector<fs::path>{};
+}
+
+CtImage read_metaimage(const fs::path& path, const Progress& progress) {
+    CtImage ct;
     SampleFindings findings;
-    ct.hu = read_samples(source, data, ct.grid.count(), type, big_endian, {}, progress,
-                         SampleKind::Hounsfield, findings);
+    ct.hu = samples_of(path, progress, SampleKind::Hounsfield, ct.grid, findings);
     findings.tell(ct);
     return ct;
+}
+
+LabelImage read_metaimage_labels(const fs::path& path, const Progress& progress) {
+    LabelImage labels;
+    SampleFindings findings;
+    labels.values = samples_of(path, progress, SampleKind::Labels, labels.grid, findings);
+    labels.fractions = findings.fractions;
+    return labels;
 }
 
 }  // namespace patient

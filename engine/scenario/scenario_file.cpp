@@ -514,8 +514,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     s.content = content_of(root, s);
 }
 
-/// Sets the value of a dotted key; sections that are missing are made. A target by name takes the place of one by
-/// coordinates, and the other way round.
+/// Sets the value of a dotted key; sections that are missing are made. A target by name takes the place of
+/// one by coordinates, and the other way round.
 void put(toml::table& root, const Override& with) {
     const auto refuse = [&with](const std::string& why) {
         throw io::InputError("{} = {}: {}", with.key, with.value, why);

@@ -360,10 +360,10 @@ def test_no_environment_begins_with_the_tip_outside_the_image(cache, name):
     assert not sd.gym.make("seldinger/Renal-v1", cache=cache).reset(seed=0)[1]["truncation"]
 
 
-@pytest.mark.parametrize("name", sd.gym.ENVIRONMENTS)
-def test_every_environment_has_other_patients_with_the_target_in_its_branch(cache, name):
-    own = sd.gym.ENVIRONMENTS[name].get("randomize", {})
-    env = sd.gym.make(name, randomize={**own, "anatomy.seed": (1, 2)}, hashes=False, cache=cache)
+@pytest.mark.parametrize("name", ["seldinger/Renal-v1", "seldinger/Carotid-v1", "seldinger/DualDevice-v1"])
+def test_other_patients_have_the_target_in_its_branch(cache, name):
+    """Of a wire and of catheters; the targets of the latter are places, which other vessels need not hold."""
+    env = sd.gym.make(name, randomize={"anatomy.seed": (1, 2)}, hashes=False, cache=cache)
     for seed in range(2):
         env.reset(seed=seed)
         branch = batch._along_of_target(sd.Simulation(env.drawn["scenario"], images=False, cache=cache))[0]

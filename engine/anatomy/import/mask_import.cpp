@@ -359,7 +359,8 @@ bool is_mask_file(const std::filesystem::path& file) {
 
 std::string stem_of_mask(const std::filesystem::path& file) {
     std::string name = file.filename().string();
-    for (const char* ending : {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr", ".seg.dcm", ".dcm"})
+    for (const char* ending :
+         {".nii.gz", ".nii", ".seg.nrrd", ".nrrd", ".nhdr", ".mha", ".mhd", ".seg.dcm", ".dcm"})
         if (io::lower_case(name).ends_with(ending))
             return name.substr(0, name.size() - std::string_view(ending).size());
     return file.stem().string();

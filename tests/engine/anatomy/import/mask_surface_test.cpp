@@ -198,6 +198,14 @@ TEST(MaskImport, TakesLabelsByNumberAndName) {
     EXPECT_EQ(one.anatomy.ends.size(), 2u);
     EXPECT_EQ(one.anatomy.branches.size(), 1u);
     expect_said(summary_of(one.findings), "one.nrrd is placed by its header");
+    std::string meta =
+        "ObjectType = Image\nNDims = 3\nDimSize = 40 40 40\nElementSpacing = 1 1 1\n"
+        "Offset = -19.5 -19.5 -19.5\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
+    meta.append(values.begin(), values.end());
+    test::write(folder / "one.mha", meta);
+    const ImportedLumen same = imported(folder / "one.mha");
+    EXPECT_EQ(same.anatomy.lumen.vertices, one.anatomy.lumen.vertices);
+    EXPECT_EQ(same.anatomy.name, "one");
     for (int n = 0; n < 4; ++n) values[static_cast<std::size_t>(n)] = 7;
     const std::string names =
         "Segment0_ID:=a\nSegment0_Name:=aorta\nSegment0_LabelValue:=52\nSegment0_Layer:=0\n"
