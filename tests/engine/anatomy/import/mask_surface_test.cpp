@@ -128,6 +128,17 @@ TEST(MaskSurface, OfForksHasEachEdgeInTwoTriangles) {
                         if ((x - t * along).norm() <= radius) mask.inside[grid.index(i, j, k)] = 1;
                     }
         }
+        // A third are as rough as noise can make them.
+        if (trial % 3 == 0) {
+            const std::vector<std::uint8_t> smooth = mask.inside;
+            for (int k = 1; k < 35; ++k)
+                for (int j = 1; j < 35; ++j)
+                    for (int i = 1; i < 35; ++i)
+                        if (smooth[grid.index(i - 1, j, k)] != smooth[grid.index(i + 1, j, k)] ||
+                            smooth[grid.index(i, j - 1, k)] != smooth[grid.index(i, j + 1, k)] ||
+                            smooth[grid.index(i, j, k - 1)] != smooth[grid.index(i, j, k + 1)])
+                            mask.inside[grid.index(i, j, k)] = random() % 2;
+        }
         const geometry::Topology found = geometry::topology(surface_of(mask).mesh);
         EXPECT_EQ(found.non_manifold_edges, 0) << trial;
         if (inside) {
