@@ -10,6 +10,7 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
+#include "app/signature.h"
 #include "engine/debrief/course_page.h"
 #include "engine/debrief/page.h"
 #include "engine/io/error.h"
@@ -21,7 +22,7 @@ namespace app {
 namespace {
 
 struct CourseArguments {
-    std::string folder, out, cache, plan;
+    std::string folder, out, cache, plan, key;
     std::vector<std::string> exercises;
     int jobs = 2;
     bool debrief = false, no_pictures = false, json = false;
@@ -130,6 +131,7 @@ int course(const CourseArguments& arguments) {
     std::vector<fs::path> inputs = folders.files();
     inputs.insert(inputs.end(), files.begin(), files.end());
     inputs.emplace_back(arguments.plan);
+    inputs.emplace_back(arguments.key);
     std::vector<io::Output> outputs;
     for (const char* name : {"course.csv", "course.html"}) outputs.push_back({"--out", out / name});
     io::require_distinct(outputs, inputs);
@@ -138,6 +140,10 @@ int course(const CourseArguments& arguments) {
         return load_exercise(folders.of_recording(recording, catalogue()).file, {},
                              recording.origin->patient);
     };
+    if (!arguments.key.empty())
+        options.distrust = [key = PublicKey(arguments.key)](std::string_view text) {
+            return key.distrust(text);
+        };
     const debrief::CoursePlan plan = plan_of(arguments, folders);
     const io::OwnFolder own(out);
     for (const char* name : {"course.csv", "course.html"}) io::require_writable(out / name);
@@ -206,6 +212,7 @@ Command add_course(CLI::App& parser) {
         "Make the debriefings that are missing: beside the recordings, with --out at the same place there");
     command->add_flag("--no-pictures", arguments->no_pictures,
                       "Debriefings without key frames, in less time");
+    add_key(command, arguments->key, "an attempt without a valid signature does not count");
     add_exercises(command, arguments->exercises, "--exercises,--scenarios");
     command->add_option("--jobs", arguments->jobs, "Recordings that are played at the same time")
         ->check(whole_number(1, 256));

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/signature.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 
@@ -28,7 +29,7 @@ namespace {
 
 struct PlayArguments {
     ScenarioChoice scenario;
-    std::string record, size = "1280x800", keys, replay, cache, measure, learner;
+    std::string record, size = "1280x800", keys, replay, cache, measure, learner, sign;
     std::string teacher_size = "1280x800";
     bool free_practice = false, open_all = false, teacher = false;
 };
@@ -170,6 +171,20 @@ int play(const PlayArguments& arguments) {
         options.record->require_writable();
     }
     if (!arguments.measure.empty()) io::require_writable(arguments.measure);
+    if (!arguments.sign.empty()) {
+        if (!arguments.replay.empty())
+            throw BadArgument("--sign: expected it without --replay, which makes no recording");
+        if (!arguments.measure.empty())
+            io::require_distinct(std::vector<io::Output>{{"--measure", arguments.measure}},
+                                 std::vector<std::filesystem::path>{arguments.sign});
+        options.recorded = [key = SigningKey(arguments.sign)](const std::filesystem::path& recording) {
+            try {
+                key.sign(recording);
+            } catch (const std::exception& error) {
+                tell("note: {} is not signed: {}\n", recording.string(), error.what());
+            }
+        };
+    }
 
     const scenario::ExerciseFolders folders = exercise_folders(arguments.scenario.exercises);
     for (LoadedExercise& one : loaded(folders.all()))
@@ -252,6 +267,7 @@ Command add_play(CLI::App& parser) {
         ->add_option("--replay", arguments->replay,
                      "Recording that is played in place of your hands (.gw), or a folder of them")
         ->type_name("FILE");
+    add_sign(command, arguments->sign);
     command->add_flag("--open-all", arguments->open_all,
                       "Every exercise is open, whatever the learner has passed: for teachers");
     command->add_flag("--free", arguments->free_practice,

@@ -7,7 +7,9 @@
 
 #include "app/command.h"
 #include "app/progress_bar.h"
+#include "app/signature.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/run/headless.h"
 
 namespace app {
@@ -17,7 +19,7 @@ struct RunArguments {
     std::vector<std::string> set;
     ScenarioChoice scenario;
     std::string commands, out, expect, cache, trace, learner, frames = "all", dicom, dicom_date,
-                                                              dicom_patient;
+                                                              dicom_patient, sign;
     std::vector<std::string> truth_of;
     int every = 1;
     bool panel = false, truth = false, slicer = false;
@@ -55,6 +57,11 @@ int run_scenario(const RunArguments& arguments) {
     if (!arguments.expect.empty()) options.expect = arguments.expect;
     options.cache.folder = arguments.cache;
     options.interrupted = stop_requested;
+    std::optional<SigningKey> key;
+    if (!arguments.sign.empty()) {
+        options.also_read = {arguments.sign};
+        key.emplace(arguments.sign);
+    }
 
     run::RunResult result;
     {
@@ -67,6 +74,7 @@ int run_scenario(const RunArguments& arguments) {
         };
         result = run::run_headless(scenario, script, arguments.out, options);
     }
+    if (key) key->sign(std::filesystem::path(arguments.out) / "run.gw");
     for (const std::string& notice : result.notices) tell("note: {}\n", notice);
     for (const std::string& difference : result.differences) tell("{}\n", difference);
     if (result.time_is_up) tell("note: the time limit of {} s is over\n", *scenario.time_limit);
@@ -157,6 +165,7 @@ Command add_run(CLI::App& parser) {
         ->add_option("--expect", arguments->expect,
                      "Recording, or output folder of an earlier run, that states and frames must equal")
         ->type_name("FILE");
+    add_sign(command, arguments->sign);
     add_cache_folder(command, arguments->cache, "cache beside --out");
     command->footer(
         "'seldinger help script' has the commands of scripts.\n"

@@ -8,6 +8,7 @@
 #include "app/command.h"
 #include "app/json.h"
 #include "app/progress_bar.h"
+#include "app/signature.h"
 #include "engine/anatomy/organs.h"
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score.h"
@@ -22,11 +23,18 @@ namespace app {
 namespace {
 
 const char* const exit_codes =
-    "Exit codes: 0 done, 2 bad input, 3 a state differs from what the recording states, 130 interrupted.";
+    "Exit codes: 0 done, 2 bad input, 3 a state differs from what the recording states, or it has no valid "
+    "signature by --key, 130 interrupted.";
+
+/// A recording without a valid signature, where one is asked for.
+struct NotSigned : io::InputError {
+    using InputError::InputError;
+};
 
 struct ScoreArguments {
     ScenarioChoice scenario;
-    std::string file, out, cache;
+    std::string file, out, cache, key;
+    std::optional<PublicKey> signer = {};  // of `key`
     bool force = false, json = false;
 };
 
@@ -38,12 +46,16 @@ struct Replayed {
 };
 
 /// Plays the recording without images. Throws InputError for one of another scenario or anatomy, unless
-/// forced.
+/// forced, and NotSigned.
 Replayed replayed(const std::filesystem::path& file, const ScoreArguments& arguments) {
     Replayed played;
-    played.recording = script::load_commands(file);
+    const std::string text = io::read_text(file, "command file", "expected lines of 'frame verb arguments'");
+    if (arguments.signer)
+        if (const std::string why = arguments.signer->distrust(text); !why.empty())
+            throw NotSigned("{} does not count: {}", file.string(), why);
+    played.recording = script::parse_commands(text, file.string());
     played.scenario = scenario_of(played.recording, arguments.scenario);
-    require_no_input({{"--out", arguments.out}}, played.scenario, {file});
+    require_no_input({{"--out", arguments.out}}, played.scenario, {file, arguments.key});
     if (!arguments.out.empty()) io::require_writable(arguments.out);
     run::RunOptions options;
     options.images = false;
@@ -183,8 +195,17 @@ int replay(const std::filesystem::path& file, const ScoreArguments& arguments, J
 /// others from it. Returns the exit code that asks for most attention.
 int for_each(const ScoreArguments& arguments,
              int (*work)(const std::filesystem::path&, const ScoreArguments&, Json&), Json& all) {
+    const auto one = [&](const std::filesystem::path& file) -> int {
+        try {
+            return work(file, arguments, all);
+        } catch (const NotSigned& error) {
+            tell("{}\n", error.what());
+            all.push_back({{"file", file.string()}, {"error", error.what()}});
+            return differs;
+        }
+    };
     std::error_code ignored;
-    if (!std::filesystem::is_directory(arguments.file, ignored)) return work(arguments.file, arguments, all);
+    if (!std::filesystem::is_directory(arguments.file, ignored)) return one(arguments.file);
     const std::vector<std::filesystem::path> files = script::recordings_of(arguments.file);
     if (!arguments.out.empty() && files.size() > 1)
         throw io::InputError("--out {}: expected one recording, found {} in {}", arguments.out, files.size(),
@@ -193,7 +214,7 @@ int for_each(const ScoreArguments& arguments,
     for (const std::filesystem::path& file : files) {
         int code = bad_input;
         try {
-            code = work(file, arguments, all);
+            code = one(file);
         } catch (const io::InputError& error) {
             tell("{}\n", error.what());
             all.push_back({{"file", file.string()}, {"error", error.what()}});
@@ -204,14 +225,16 @@ int for_each(const ScoreArguments& arguments,
     return worst;
 }
 
-int score_all(const ScoreArguments& arguments) {
+int score_all(ScoreArguments& arguments) {
+    if (!arguments.key.empty()) arguments.signer.emplace(arguments.key);
     Json all = Json::array();
     const int code = for_each(arguments, score, all);
     if (arguments.json && code != interrupted) print_json({{"schema", 1}, {"recordings", all}});
     return code;
 }
 
-int replay_all(const ScoreArguments& arguments) {
+int replay_all(ScoreArguments& arguments) {
+    if (!arguments.key.empty()) arguments.signer.emplace(arguments.key);
     Json none;
     return for_each(arguments, replay, none);
 }
@@ -222,6 +245,7 @@ CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArgumen
         ->required()
         ->type_name("FILE");
     add_scenario_of_recording(command, arguments.scenario);
+    add_key(command, arguments.key, "without a valid signature nothing is played");
     command->add_flag("--force", arguments.force,
                       "Go on where scenario or anatomy have changed since it was recorded");
     add_cache_folder(command, arguments.cache);

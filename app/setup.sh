@@ -11,13 +11,13 @@ osmesa="libosmesa6-dev"
 egl="libegl-dev libgl-dev libegl-mesa0 libgl1-mesa-dri"
 run="
     g++ cmake ninja-build pkg-config
-    libeigen3-dev libembree-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libbz2-dev libnifti-dev libopenjp2-7-dev libdcmtk-dev
+    libeigen3-dev libembree-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libbz2-dev libnifti-dev libopenjp2-7-dev libdcmtk-dev libssl-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
     fonts-dejavu-core
 "
 python="pybind11-dev python3-dev python3-numpy"
 tests="
-    libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian
+    libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
     python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
 "
 tools="doxygen mkdocs mkdocs-material debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"

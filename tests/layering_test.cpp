@@ -74,6 +74,7 @@ const std::map<std::string, Names> third_party = {
     {"nifti2_io.h", {"engine/patient"}},
     {"openjpeg.h", {"engine/patient"}},
     {"dcmtk", {"engine/dicom", "engine/patient", "engine/patient/dicom_data.h"}},
+    {"openssl", {"app/signature.cpp"}},
     {"libdeflate.h", {"engine/anatomy", "render/picture"}},
     {"pugixml.hpp", {"engine/anatomy", "engine/anatomy/import"}},
     {"GL", {"app/play/gl.h", "render/picture/gl_context.h", "render/picture/gl_osmesa.cpp"}},

@@ -35,6 +35,30 @@ if command -v lintian >/dev/null 2>&1; then
     lintian --fail-on error,warning made/*.deb >lintian.txt 2>&1 || { cat lintian.txt >&2; fail "lintian finds faults"; }
 fi
 
+# What is in the programs, and under which licences: a library that is loaded, one that is linked, one of headers alone.
+sbom=$scratch/root/usr/share/doc/seldinger/sbom.spdx.json
+for package in libembree3-3 libssl3 libimgui-dev libeigen3-dev; do
+    dpkg-query -W "$package" >/dev/null 2>&1 || continue
+    grep -q "\"name\": \"$package\", \"versionInfo\": \"$(dpkg-query -W -f '${Version}' "$package")\"" "$sbom" || fail "the list of packages lacks $package"
+done
+if command -v python3 >/dev/null 2>&1; then
+    python3 - "$sbom" <<'EOF' || fail "the list of packages is not whole"
+import json, sys
+listed = json.load(open(sys.argv[1]))
+names = [package["SPDXID"] for package in listed["packages"]]
+assert listed["spdxVersion"] == "SPDX-2.3" and len(names) == len(set(names)) > 20
+known = {*names, "SPDXRef-DOCUMENT"}
+assert all({one["spdxElementId"], one["relatedSpdxElement"]} <= known for one in listed["relationships"])
+EOF
+fi
+for package in libimgui-dev libeigen3-dev; do
+    gzip -dc "$scratch/root/usr/share/doc/seldinger/third-party-licences.gz" | grep -qx "==== $package ====" || fail "the licence of $package is missing"
+done
+for program in "$bin"/*; do
+    readelf -dl "$program" >linked.txt
+    grep -q BIND_NOW linked.txt && grep -q GNU_RELRO linked.txt || fail "$program is linked without BIND_NOW or RELRO"
+done
+
 version=$("$bin/seldinger" --version)
 [ "seldinger $(dpkg-deb -f made/*.deb Version)" = "$version" ] || fail "'$version' is not the package's version"
 grep -m 1 '^## [0-9]' "$source/CHANGELOG.md" | grep -q "^## ${version#seldinger } – " || fail "CHANGELOG.md has no '$version'"

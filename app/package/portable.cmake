@@ -1,9 +1,25 @@
-# Run by cpack before it packs. For the portable archive (cpack -G TGZ) it adds to what is installed everything the
+# Run by cpack before it packs. It adds the list of all packages that are in the programs or loaded by them, and the licences of
+# the former (sbom.sh). For the portable archive (cpack -G TGZ) it adds to what is installed everything the
 # programs load, down to glibc and its loader, so that the archive runs where none of it, or an older glibc, is installed:
 #   bin/PROGRAM        starts lib/PROGRAM.bin by the archive's own loader
 #   lib/               programs and libraries; lib/dri: Mesa's drivers, for the room's window
 #   share/fonts, share/doc/LIBRARY-PACKAGE/copyright
+list(GET CPACK_INSTALL_CMAKE_PROJECTS 0 build)
+# `files`: what the programs load.
+function(write_sbom root files)
+  execute_process(COMMAND ${CMAKE_CURRENT_LIST_DIR}/sbom.sh ${root} ${build} ${CPACK_PACKAGE_VERSION} ${files}
+                  RESULT_VARIABLE result ERROR_VARIABLE said)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "the list of packages cannot be made: ${said}")
+  endif()
+endfunction()
 if(NOT CPACK_GENERATOR STREQUAL "TGZ")
+  set(root ${CPACK_TEMPORARY_DIRECTORY}${CPACK_PACKAGING_INSTALL_PREFIX})
+  file(GLOB programs ${root}/bin/*)
+  file(GLOB_RECURSE modules ${root}/lib/python3/*.so)
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} LIBRARIES ${modules}
+       RESOLVED_DEPENDENCIES_VAR needed UNRESOLVED_DEPENDENCIES_VAR missing)
+  write_sbom(${root} "${needed};/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf")
   return()
 endif()
 set(root ${CPACK_TEMPORARY_DIRECTORY})
@@ -93,3 +109,4 @@ foreach(file ${files})
     endif()
   endif()
 endforeach()
+write_sbom(${root} "${files}")

@@ -164,6 +164,7 @@ void Play::open(std::size_t exercise, bool free_practice, const std::string& pat
     if (is_replay_) session.script = (watched_ ? *watched_ : options_.replays[replay_]).recording;
     if (shows_solution_) session.script = chosen.solution;
     if (!session.script) session.record = attempts_;
+    session.recorded = options_.recorded;
     session.origin = options_.origin;
     session.wake = Window::wake;
     session_ = std::make_unique<room::Session>(std::move(session));

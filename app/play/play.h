@@ -68,6 +68,8 @@ struct PlayOptions {
     std::function<scenario::Scenario(const Exercise&, const std::string& patient)> of_patient;
     MakeDebriefing make_debriefing;
     std::function<void(const std::filesystem::path&)> show_page;  // in a browser. Throws io::InputError
+    /// Called with each attempt's file when nothing more is written to it. Throws nothing.
+    std::function<void(const std::filesystem::path&)> recorded = {};
     std::function<bool()> interrupted;  // asked several times a second; true closes the window
 };
 

@@ -26,7 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Beginnings of the names of what is kept.
-constexpr std::array<std::string_view, 5> kept_names = {"anatomy-", "field-", "body-", "view-", "ct-"};
+constexpr std::string_view ct_names = "ct-";
+constexpr std::array<std::string_view, 5> kept_names = {"anatomy-", "field-", "body-", "view-", ct_names};
 
 std::array<std::atomic<int>, 4> made_here = {};  // by Made
 
@@ -61,9 +62,7 @@ std::uintmax_t size_of_item(const fs::path& path) {
 
 /// Why nothing can be put into the folder, which is made where it is not there; empty where it can.
 std::string obstacle_in(const fs::path& folder) {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed) return failed.message();
+    if (std::string why = io::make_private_folder(folder); !why.empty()) return why;
     return ::access(folder.c_str(), W_OK | X_OK) == 0 ? std::string() : std::strerror(errno);
 }
 
@@ -87,6 +86,21 @@ void remove_old_locks(const fs::path& folder) {
         if (ours && name.ends_with(".lock")) locks.push_back(entry->path());
     }
     for (const fs::path& lock : locks) io::LockFile::of(lock);  // gone with the value
+}
+
+ShrunkCache removed(std::vector<CacheItem> items) {
+    ShrunkCache shrunk;
+    for (CacheItem& item : items) {
+        std::error_code error;
+        fs::remove_all(item.path, error);
+        if (!error) {
+            shrunk.removed.push_back(std::move(item));
+            continue;
+        }
+        if (shrunk.stuck.empty()) shrunk.why = error.message();
+        shrunk.stuck.push_back(std::move(item));
+    }
+    return shrunk;
 }
 
 }  // namespace
@@ -115,8 +129,7 @@ std::uintmax_t cache_limit() {
 CachePlace::CachePlace(const ModelCache& cache, const std::string& name) : cache_(cache), name_(name) {
     if (cache.folder.empty()) return;
     path_ = cache.folder / name;
-    std::error_code ignored;
-    fs::create_directories(cache.folder, ignored);
+    io::make_private_folder(cache.folder);
     if (is_first(cache.folder)) {
         io::remove_leftovers(cache.folder);
         remove_old_locks(cache.folder);
@@ -131,7 +144,11 @@ CachePlace::CachePlace(const ModelCache& cache, const std::string& name) : cache
 }
 
 void CachePlace::used() const {
-    if (!path_.empty()) ::utimensat(AT_FDCWD, path_.c_str(), nullptr, 0);
+    if (path_.empty()) return;
+    ::utimensat(AT_FDCWD, path_.c_str(), nullptr, 0);
+    std::error_code none;
+    if (name_.starts_with(ct_names) && fs::is_regular_file(fs::symlink_status(path_, none)))
+        ::chmod(path_.c_str(), 0600);  // earlier versions let others read it
 }
 
 void CachePlace::failed(const std::string& why) const {
@@ -145,7 +162,7 @@ bool CachePlace::keep_file(std::string_view bytes) const {
     if (path_.empty()) return false;
     clear_for_file(path_);
     try {
-        io::write_whole(path_, bytes);
+        io::write_whole(path_, bytes, name_.starts_with(ct_names) ? io::Readers::Owner : io::Readers::Usual);
     } catch (const io::InputError& error) {
         failed(error.what());
         return false;
@@ -188,7 +205,7 @@ std::vector<CacheItem> cache_items(const fs::path& folder) {
         std::error_code gone;
         const fs::file_time_type used = fs::last_write_time(entry->path(), gone);
         if (!ours || name.ends_with(".part") || gone || entry->is_symlink(gone)) continue;
-        items.push_back({entry->path(), size_of_item(entry->path()), used});
+        items.push_back({entry->path(), size_of_item(entry->path()), used, name.starts_with(ct_names)});
     }
     std::ranges::sort(items, [](const CacheItem& a, const CacheItem& b) {
         return a.used != b.used ? a.used > b.used : a.path < b.path;
@@ -197,23 +214,23 @@ std::vector<CacheItem> cache_items(const fs::path& folder) {
 }
 
 ShrunkCache shrink_cache(const fs::path& folder, std::uintmax_t limit) {
-    ShrunkCache shrunk;
-    for (const CacheItem& item : cache_items(folder)) {
+    std::vector<CacheItem> going;
+    for (CacheItem& item : cache_items(folder)) {
         if (limit > 0 && item.bytes <= limit) {
             limit -= item.bytes;
             continue;
         }
         limit = 0;
-        std::error_code error;
-        fs::remove_all(item.path, error);
-        if (!error) {
-            shrunk.removed.push_back(item);
-            continue;
-        }
-        if (shrunk.stuck.empty()) shrunk.why = error.message();
-        shrunk.stuck.push_back(item);
+        going.push_back(std::move(item));
     }
-    return shrunk;
+    return removed(std::move(going));
+}
+
+ShrunkCache remove_of_ct(const fs::path& folder) {
+    io::remove_leftovers(folder);
+    std::vector<CacheItem> going = cache_items(folder);
+    std::erase_if(going, [](const CacheItem& item) { return !item.of_ct; });
+    return removed(std::move(going));
 }
 
 }  // namespace anatomy

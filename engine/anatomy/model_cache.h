@@ -38,8 +38,9 @@ void count(Made);
 /// The usual folder: cache, next to an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);
 
-/// One file in the cache. While this exists, no other process looks for the same thing
-/// or makes it: processes that need the same thing share the work.
+/// One file in the cache, which is made as a folder of its owner alone. What is of a CT, as its name says, is
+/// readable by its owner alone, also where the folder was there and is open to others. While this exists, no
+/// other process looks for the same thing or makes it: processes that need the same thing share the work.
 class CachePlace {
 public:
     /// Waits while another process has the place. What processes that ended have left unfinished is removed.
@@ -78,6 +79,7 @@ struct CacheItem {
     std::filesystem::path path;
     std::uintmax_t bytes = 0;
     std::filesystem::file_time_type used;
+    bool of_ct = false;  // it has voxels of a patient's CT
 };
 /// The things in the folder that this program has put there, those used last first; nothing of anything else.
 std::vector<CacheItem> cache_items(const std::filesystem::path& folder);
@@ -88,6 +90,8 @@ struct ShrunkCache {
 };
 /// Removes the things that were not used for longest until at most so many bytes are left.
 ShrunkCache shrink_cache(const std::filesystem::path& folder, std::uintmax_t limit);
+/// Removes all that has voxels of a CT, also what processes that have ended left unfinished.
+ShrunkCache remove_of_ct(const std::filesystem::path& folder);
 /// Most bytes that the cache may hold: SELDINGER_CACHE_MB million, or 4000 million.
 std::uintmax_t cache_limit();
 

@@ -222,6 +222,8 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         row.level = scenario.lesson.level;
         row.title = title_of(scenario);
         patient = scenario.patient;
+        if (const std::string why = options.distrust ? options.distrust(text) : ""; !why.empty())
+            throw io::InputError(why);
         const fs::path kept = kept_at(text, scenario, options);
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
@@ -259,6 +261,7 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
             if (!kept.empty()) {
                 Json json = Json::array();
                 for (const CourseRow& one : rows) json.push_back(one);
+                io::make_private_folder(options.cache.folder);
                 fs::create_directories(kept.parent_path(), ignored);
                 try {
                     io::write_whole(kept, json.dump(-1, ' ', false, Json::error_handler_t::replace));

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -107,6 +108,9 @@ struct CourseRow {
 struct CourseOptions {
     /// The scenario of a recording. Throws InputError where there is none.
     std::function<scenario::Scenario(const script::CommandScript&)> scenario;
+    /// Why a recording of these bytes does not count, as for want of a signature; empty where it does.
+    /// Without it every recording counts.
+    std::function<std::string(std::string_view)> distrust = {};
     anatomy::ModelCache cache;
     std::string program_hash;  // of the program that computes: its results are kept in the cache
     int jobs = 2;

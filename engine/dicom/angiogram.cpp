@@ -241,9 +241,13 @@ std::uint64_t Angiogram::Content::hash() const {
 void Angiogram::Content::put_identity(Data& data) const {
     const std::string patient = words(series.patient, 64);
     data.put(DCM_SpecificCharacterSet, "ISO_IR 192");
-    data.put(DCM_ImageType, series.derivation.empty() ? "ORIGINAL\\PRIMARY\\SINGLE PLANE"
-                                                      : "DERIVED\\PRIMARY\\SINGLE PLANE");
-    if (!series.derivation.empty()) data.put(DCM_DerivationDescription, words(series.derivation, 1024));
+    // As of a digitally reconstructed radiograph (PS3.3, C.8.8.2.2.1): of no examination of a patient.
+    data.put(DCM_ImageType, "DERIVED\\SECONDARY\\SINGLE PLANE\\SIMULATED");
+    std::string derivation = "simulated, no patient was imaged";
+    if (series.pixels == Pixels::Signal)
+        derivation += fmt::format("; detector signal, {:.6g} for a quantum in a pixel and nGy", series.scale);
+    if (!series.derivation.empty()) derivation += "; " + series.derivation;
+    data.put(DCM_DerivationDescription, words(derivation, 1024));
     data.put(DCM_SOPClassUID, UID_XRayAngiographicImageStorage);
     data.put(DCM_SOPInstanceUID, uid_of("instance", {hash()}));
     data.put(DCM_StudyDate, series.identity.date);
@@ -251,9 +255,10 @@ void Angiogram::Content::put_identity(Data& data) const {
     data.put(DCM_AccessionNumber, "");
     data.put(DCM_Modality, "XA");
     data.put(DCM_Manufacturer, "Seldinger");
+    data.put(DCM_BodyPartExamined, "PHANTOM");
     data.put(DCM_ReferringPhysicianName, "");
     data.put(DCM_StudyDescription, patient);
-    data.put(DCM_SeriesDescription, words(series.description, 64));
+    data.put(DCM_SeriesDescription, words("SIMULATED " + series.description, 64));
     data.put(DCM_ManufacturerModelName, "Seldinger");
     const Identity& identity = series.identity;
     data.put(DCM_PatientName, identity.name.empty() ? "Simulated^" + patient : identity.name);
@@ -370,8 +375,6 @@ void Angiogram::Content::put_pixels(Data& data, DcmItem& item) const {
     const double top = std::max<double>(*place, 2);
     data.put(DCM_WindowCenter, 0.5 * top);
     data.put(DCM_WindowWidth, top);
-    data.put(DCM_DerivationDescription,
-             fmt::format("detector signal, {:.6g} for a quantum in a pixel and nGy", series.scale));
     if (series.first_is_mask && times.size() > 1) {
         data.put(DCM_RecommendedViewingMode, "SUB");
         DcmItem* mask = nullptr;

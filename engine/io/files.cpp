@@ -167,7 +167,7 @@ std::string read_text(const fs::path& path, std::string_view what, std::string_v
     return text;
 }
 
-WholeFile::WholeFile(const fs::path& path) : path_(path), target_(path) {
+WholeFile::WholeFile(const fs::path& path, Readers readers) : path_(path), target_(path) {
     std::error_code ignored;
     // A link remains a link: its target is replaced.
     target_ = file_behind(path);
@@ -178,7 +178,8 @@ WholeFile::WholeFile(const fs::path& path) : path_(path), target_(path) {
     beside_ = through_ ? target_ : target_.parent_path() / part_name(target_.filename().string());
     const int how = through_ ? 0 : O_CREAT | O_EXCL;
     if (!through_) add_unfinished(beside_);
-    descriptor_ = ::open(beside_.c_str(), O_WRONLY | O_CLOEXEC | how, 0666);
+    descriptor_ =
+        ::open(beside_.c_str(), O_WRONLY | O_CLOEXEC | how, readers == Readers::Owner ? 0600 : 0666);
     if (descriptor_ >= 0) return;
     const int why = errno;
     if (!through_) drop_unfinished(beside_);
@@ -230,8 +231,10 @@ void require_writable(const fs::path& path) {
     remove_leftovers_of(target.parent_path(), target.filename().string() + ".");
 }
 
-void write_whole(const std::filesystem::path& path, std::string_view text) {
-    write_whole({{path, text}});
+void write_whole(const std::filesystem::path& path, std::string_view text, Readers readers) {
+    WholeFile file(path, readers);
+    file.append(text);
+    file.put();
 }
 
 void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_view>>& files) {
@@ -241,6 +244,16 @@ void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_
         parts.back().close();
     }
     for (WholeFile& part : parts) part.put();
+}
+
+std::string make_private_folder(const fs::path& path) {
+    const fs::path folder = path.has_filename() ? path : path.parent_path();
+    std::error_code failed;
+    if (fs::is_directory(folder, failed)) return {};
+    if (folder.has_parent_path()) fs::create_directories(folder.parent_path(), failed);
+    if (::mkdir(folder.c_str(), 0700) == 0) return {};
+    const int why = errno;
+    return fs::is_directory(folder, failed) ? std::string() : std::strerror(why);
 }
 
 bool make_new(const std::filesystem::path& path) {

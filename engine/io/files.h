@@ -25,13 +25,19 @@ std::ifstream open_to_read(const std::filesystem::path&, std::string_view what, 
 inline constexpr std::uintmax_t largest_text = 2'000'000'000;  // [bytes]
 std::string read_text(const std::filesystem::path&, std::string_view what, std::string_view accepted);
 
+/// Who may read a new file: whom the umask lets, or its owner alone whatever the umask.
+enum class Readers { Usual, Owner };
+
 /// Writes to a unique name ending in ".part" next to the target, then renames. The target of a link is
 /// replaced, not the link; devices and pipes are written to directly. On failure nothing is left behind and
 /// InputError states the path and the system's reason.
-void write_whole(const std::filesystem::path&, std::string_view text);
+void write_whole(const std::filesystem::path&, std::string_view text, Readers = Readers::Usual);
 /// Throws InputError, as write_whole would, where the file cannot be made or replaced now; nothing changes.
 /// To be called before the work whose result it takes.
 void require_writable(const std::filesystem::path&);
+/// Makes a folder that its owner alone can enter, and those above it as usual. One that is there stays as it
+/// is. Returns why it cannot be made; empty where it is there.
+std::string make_private_folder(const std::filesystem::path&);
 /// Makes an empty file. False where something has that name already, which stays as it is; a link counts,
 /// also one to nothing. Throws InputError where the file cannot be made.
 bool make_new(const std::filesystem::path&);
@@ -42,7 +48,7 @@ void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_
 class WholeFile {
 public:
     /// Opens the file under its temporary name. Throws InputError, as all below.
-    explicit WholeFile(const std::filesystem::path&);
+    explicit WholeFile(const std::filesystem::path&, Readers = Readers::Usual);
     /// Leaves nothing behind unless the file was put in its place.
     ~WholeFile();
     WholeFile(WholeFile&&) noexcept;

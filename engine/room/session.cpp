@@ -528,6 +528,7 @@ Session::~Session() {
     }
     changed_.notify_all();
     thread_.join();
+    if (options_.recorded && !view_->recorded.empty()) options_.recorded(view_->recorded);
 }
 
 }  // namespace room

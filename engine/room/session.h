@@ -108,7 +108,10 @@ struct SessionOptions {
     std::optional<script::CommandScript> script;  // played instead of the hands' input
     Attempts record;                              // where hands' attempts are kept
     script::Origin origin;                        // program and learner, named in the recording
-    std::function<void()> wake;                   // called from the session's thread when there is a new view
+    /// Called with the file of the recording when nothing more is written to it, by who ends the session.
+    /// Throws nothing.
+    std::function<void(const std::filesystem::path&)> recorded = {};
+    std::function<void()> wake;  // called from the session's thread when there is a new view
 };
 
 class Session {

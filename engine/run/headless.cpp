@@ -410,6 +410,7 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     refuse_to_overwrite(out, script.file, options.expect);
     std::vector<std::filesystem::path> inputs = scenario::inputs_of(scenario);
     inputs.push_back(script.file);
+    inputs.insert(inputs.end(), options.also_read.begin(), options.also_read.end());
     if (options.expect && std::filesystem::is_directory(*options.expect))
         inputs.insert(inputs.end(), {*options.expect / "run.gw", *options.expect / "frames"});
     else if (options.expect)

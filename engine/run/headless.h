@@ -82,7 +82,8 @@ struct RunOptions {
     script::Origin origin;                        // program and learner, named in the recording
     bool same_origin = false;                     // refuse a recording of another scenario or anatomy
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
-    anatomy::ModelCache cache;                    // an empty folder stands for cache beside the output folder
+    std::vector<std::filesystem::path> also_read;  // files that no output may replace
+    anatomy::ModelCache cache;  // an empty folder stands for cache beside the output folder
     std::function<void(const Progress&)> progress;  // after each frame
     std::function<bool()> interrupted;              // asked after each frame; true ends the run
     /// Sees each frame; may ask for its image where there are images.

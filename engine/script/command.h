@@ -310,6 +310,10 @@ bool is_learner_in_file(std::string_view);
 std::string date_text(std::chrono::sys_seconds);
 std::optional<std::chrono::sys_seconds> parse_date(std::string_view);
 
+/// The last line of a signed recording: this, and so many hexadecimal digits.
+inline constexpr std::string_view signature_start = "signature ed25519 ";
+inline constexpr std::size_t signature_digits = 128;
+
 /// What a teacher says of a frame.
 struct Comment {
     int frame = 0;

@@ -367,6 +367,9 @@ public:
     void read(std::string_view text, int number) {
         place_ = {script_.file, number, 1};
         try {
+            if (signed_)
+                throw Refusal{1, "the line before is a recording's signature; expected nothing after it"};
+            if (signature(text)) return;
             if (header(text, number)) return;
             if (text.starts_with("#")) return comment(text.substr(1));
             if (text.starts_with("comment ")) return remark(text);
@@ -393,6 +396,21 @@ public:
     }
 
 private:
+    /// Takes a recording's signature, which app/signature.h checks: here it is enough that it is one.
+    bool signature(std::string_view text) {
+        if (!text.starts_with("signature ")) return false;
+        const auto is_digit = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
+        const bool fits = text.starts_with(signature_start) &&
+                          text.size() == signature_start.size() + signature_digits &&
+                          std::ranges::all_of(text.substr(signature_start.size()), is_digit);
+        if (!fits || !script_.origin)
+            throw Refusal{1,
+                          fmt::format("expected, at the end of a recording, '{}' and {} hexadecimal digits",
+                                      signature_start, signature_digits)};
+        signed_ = true;
+        return true;
+    }
+
     /// Takes a line of a recording's header.
     bool header(std::string_view text, int number) {
         while (!text.empty() && (text.back() == '\r' || text.back() == ' ')) text.remove_suffix(1);
@@ -597,6 +615,7 @@ private:
     std::string comment_;  // above the line that is read
     int last_start_ = 0;   // first frame of the line before
     int last_frame_ = 0;   // of any command, state or comment so far
+    bool signed_ = false;  // by the line before
     std::size_t refused_ = 0;
     std::vector<std::string> wrong_;
 };

@@ -547,6 +547,26 @@ TEST_F(Trust, AnAmountToKeepThatIsNoneIsRefusedAndNothingIsRemoved) {
     EXPECT_FALSE(std::filesystem::exists(folder / "cache/field-1.bin"));
 }
 
+TEST_F(Trust, WhatIsOfACtIsListedAndRemovedAlone) {
+    const std::string cache = folder / "cache";
+    std::filesystem::create_directory(cache);
+    std::filesystem::permissions(cache, std::filesystem::perms::all);
+    write(folder / "cache/field-1.bin", "kept");
+    write(folder / "cache/ct-1.bin", "voxels");
+    const Outcome listed = run(folder, {"cache", "list", "--cache", cache});
+    expect_said(listed.out, "ct-1.bin  of a CT\n");
+    expect_said(listed.out, "field-1.bin\n");
+    expect_said(listed.out, "; 1 of a CT, which 'clear --ct' removes");
+    expect_said(listed.out, "Others may enter this folder");
+    expect_refused(run(folder, {"cache", "clear", "--cache", cache, "--ct", "--keep-mb=1"}), "--keep-mb");
+    expect_said(run(folder, {"cache", "clear", "--cache", cache, "--ct"}).out, "1 things removed");
+    EXPECT_EQ(test::names_in(cache), std::vector<std::string>{"field-1.bin"});
+    std::filesystem::permissions(cache, std::filesystem::perms::owner_all);
+    const Outcome again = run(folder, {"cache", "list", "--cache", cache});
+    EXPECT_EQ(again.out.find("Others"), std::string::npos) << again.out;
+    EXPECT_EQ(again.out.find("CT"), std::string::npos) << again.out;
+}
+
 TEST_F(Trust, WhatCannotBeRemovedFromACacheIsCounted) {
     if (::geteuid() == 0 && std::system("unshare -m true 2> /dev/null") != 0)
         GTEST_SKIP() << "nothing here can be made read-only for this user";

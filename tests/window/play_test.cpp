@@ -233,6 +233,26 @@ TEST(Play, SigtermClosesTheWindowAndTheRecordingReplays) {
     EXPECT_EQ(again.code, 1) << again.error;  // the target was not reached; not 3: all states agree
 }
 
+TEST(Play, AnAttemptIsSignedWhenTheWindowCloses) {
+    const TemporaryFolder keys;
+    const std::string key = keys / "teacher.key", pub = keys / "teacher.pub";
+    const std::string make = fmt::format(
+        "openssl genpkey -algorithm ed25519 -out '{0}' && openssl pkey -in '{0}' -pubout -out '{1}'", key,
+        pub);
+    if (std::system((make + " 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "openssl is not installed";
+    Room room(900, 700, {"s_bend", "--record", "@run.gw", "--sign", key});
+    ASSERT_TRUE(room.start());
+    room.display.key("Up", true);
+    ASSERT_TRUE(room.records(room.folder / "run.gw", " advance "));
+    room.program->signal(SIGTERM);
+    const Outcome outcome = room.program->wait();
+    room.program.reset();
+    EXPECT_EQ(outcome.code, 130) << outcome.error;
+    const Outcome checked = test::run(room.folder, {"replay", room.folder / "run.gw", "--key", pub});
+    EXPECT_EQ(checked.code, 0) << checked.error;
+    test::expect_said(checked.out, "all equal");
+}
+
 /// From the trainees' first keys to the teacher's page, with nothing supplied in between: two learners say
 /// who they are, go from exercise to exercise, and end in the course.
 TEST(Play, TwoLearnersByKeysAreScoredReplayedDebriefedAndCounted) {

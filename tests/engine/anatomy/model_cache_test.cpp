@@ -17,6 +17,20 @@ std::string bytes(std::size_t count) {
     return std::string(count, 'x');
 }
 
+fs::perms rights(const fs::path& path) {
+    return fs::status(path).permissions();
+}
+
+/// For as long as it exists.
+class Umask {
+public:
+    explicit Umask(mode_t mask) : before_(::umask(mask)) {}
+    ~Umask() { ::umask(before_); }
+
+private:
+    mode_t before_;
+};
+
 }  // namespace
 
 TEST(ModelCache, OneLooksAfterAPlaceWhileTheOtherWaits) {
@@ -59,6 +73,41 @@ TEST(ModelCache, WhatWasNotUsedForLongestGoesFirst) {
     shrink_cache(folder.path(), 0);
     EXPECT_TRUE(cache_items(folder.path()).empty());
     EXPECT_TRUE(fs::exists(folder / "mine.txt"));
+}
+
+TEST(ModelCache, IsItsOwnersAloneAndSoIsWhatIsOfACtInAFolderThatIsOpen) {
+    const test::TemporaryFolder folder;
+    const Umask nobody_is_kept_out(0);
+    const auto owner_reads = fs::perms::owner_read | fs::perms::owner_write;
+    const ModelCache made{folder / "below/cache", {}};
+    CachePlace(made, "ct-1.bin").keep_file("voxels");
+    EXPECT_EQ(rights(folder / "below"), fs::perms::all);
+    EXPECT_EQ(rights(made.folder), fs::perms::owner_all);
+    EXPECT_EQ(rights(made.folder / "ct-1.bin"), owner_reads);
+
+    fs::create_directory(folder / "shared");
+    const ModelCache shared{folder / "shared", {}};
+    test::write(folder / "shared/ct-2.bin", "of an earlier version");
+    ASSERT_NE(rights(folder / "shared/ct-2.bin"), owner_reads);
+    CachePlace(shared, "ct-1.bin").keep_file("voxels");
+    CachePlace(shared, "ct-2.bin").used();
+    CachePlace(shared, "field-1.bin").keep_file("a wall");
+    EXPECT_EQ(rights(shared.folder), fs::perms::all) << "a folder that is there is the user's own";
+    EXPECT_EQ(rights(shared.folder / "ct-1.bin"), owner_reads);
+    EXPECT_EQ(rights(shared.folder / "ct-2.bin"), owner_reads);
+    EXPECT_NE(rights(shared.folder / "field-1.bin"), owner_reads);
+}
+
+TEST(ModelCache, WhatIsOfACtIsRemovedAlone) {
+    const test::TemporaryFolder folder;
+    const ModelCache cache{folder.path(), {}};
+    for (const char* name : {"field-a.bin", "ct-b.bin", "body-c.bin", "ct-d.bin"})
+        CachePlace(cache, name).keep_file(bytes(10));
+    test::write(folder / "ct-e.bin.999999999.1.part", "half");
+    for (const CacheItem& item : cache_items(folder.path()))
+        EXPECT_EQ(item.of_ct, item.path.filename().string().starts_with("ct-")) << item.path;
+    EXPECT_EQ(remove_of_ct(folder.path()).removed.size(), 2u);
+    EXPECT_EQ(test::names_in(folder.path()), (std::vector<std::string>{"body-c.bin", "field-a.bin"}));
 }
 
 TEST(ModelCache, ADamagedAnatomyIsMadeAgain) {

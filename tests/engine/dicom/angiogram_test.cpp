@@ -110,6 +110,11 @@ TEST_F(Angiograms, ShowWhatWasPutInToDicomTools) {
     EXPECT_EQ(value_of(said, "0008,0016"), "XRayAngiographicImageStorage");
     EXPECT_EQ(value_of(said, "0008,0060"), "XA");
     EXPECT_EQ(value_of(said, "0010,0010"), "Simulated^renal");
+    EXPECT_EQ(value_of(said, "0008,0008"), "DERIVED\\SECONDARY\\SINGLE PLANE\\SIMULATED");
+    EXPECT_EQ(value_of(said, "0008,103e"), "SIMULATED live, from frame 0");
+    EXPECT_EQ(value_of(said, "0008,2111"), "simulated, no patient was imaged");
+    EXPECT_EQ(value_of(said, "0018,0015"), "PHANTOM");
+    EXPECT_EQ(value_of(said, "0028,0300"), "YES");
     EXPECT_EQ(value_of(said, "0028,0008"), "5");
     EXPECT_EQ(value_of(said, "0028,0010"), "48");
     EXPECT_EQ(value_of(said, "0028,0100"), "8");

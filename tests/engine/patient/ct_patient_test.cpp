@@ -187,6 +187,20 @@ TEST_F(CtPatient, ABodyThatTheScanCutsOffGoesOnAndFades) {
     EXPECT_LT(before, 0.6);
 }
 
+TEST_F(CtPatient, ItsVoxelsAreKeptForTheirOwnerAloneAndHaveNoNameOfThePatient) {
+    write_ct(folder / "smith.nrrd", voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4)));
+    PatientFiles files;
+    files.ct = folder / "smith.nrrd";
+    ct_volume(files, {}, {folder / "cache", {}});
+    namespace fs = std::filesystem;
+    const std::vector<std::string> names = test::names_in(folder / "cache");
+    ASSERT_EQ(names.size(), 1u);
+    const fs::path kept = folder / ("cache/" + names[0]);
+    EXPECT_TRUE(names[0].starts_with("ct-"));
+    EXPECT_EQ(fs::status(kept).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_EQ(test::read(kept).find("smith"), std::string::npos);
+}
+
 TEST_F(CtPatient, ScenarioIsAnotherWhereTheCtIs) {
     CtImage ct = voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4));
     write_ct(folder / "mine.nii", ct);

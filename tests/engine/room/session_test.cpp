@@ -276,6 +276,37 @@ TEST(Session, WhatIsRecordedSaysWhatItIsOf) {
     }
 }
 
+TEST(Session, ItsRecordingIsHandedOverWhenNothingIsWrittenToItAnyMore) {
+    test::TemporaryFolder folder;
+    std::string handed;
+    for (const bool begun : {true, false}) {
+        SessionOptions options = recording_to(folder / "run.gw");
+        int calls = 0;
+        options.recorded = [&](const std::filesystem::path& file) {
+            ++calls;
+            EXPECT_EQ(file, folder / "run.gw");
+            handed = test::read(file);
+        };
+        {
+            Session session(std::move(options));
+            ASSERT_TRUE(wait_for(session, Phase::Ready));
+            if (begun) {
+                session.give(Control::Start);
+                ASSERT_TRUE(wait_for_frames(session, 3));
+                finish(session);
+                session.give(script::Comment{1, "said after the end"});
+                ASSERT_TRUE(wait_for(session, [&](const View&) {
+                    return test::read(folder / "run.gw").find("said after") != std::string::npos;
+                }));
+            }
+            EXPECT_EQ(calls, 0);
+        }
+        EXPECT_EQ(calls, begun ? 1 : 0);
+    }
+    EXPECT_EQ(handed, test::read(folder / "run.gw"));
+    EXPECT_NE(handed.find("comment 1 said after the end\n"), std::string::npos);
+}
+
 TEST(Session, AnAttemptThatNobodyBeginsLeavesEarlierOnesAndNoFile) {
     test::TemporaryFolder folder;
     test::write(folder / "run.gw", "earlier");

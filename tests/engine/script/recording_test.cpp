@@ -72,6 +72,24 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
     test::expect_said(said("recording 3\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
 }
 
+TEST(Recording, ASignatureIsItsLastLineAndNothingElse) {
+    const std::string start = "recording 3\n0 beam on\n5 end\n", digits(128, 'a');
+    const auto said = [](const std::string& text) {
+        return test::refusal([&] { parse_commands(text, "x.gw"); });
+    };
+    EXPECT_EQ(parse_commands(start + "signature ed25519 " + digits + "\n", "x.gw").end, 5);
+    for (const char* after : {"\n", "# said\n", "comment 3 said\n", " "})
+        test::expect_said(said(start + "signature ed25519 " + digits + "\n" + after),
+                          "x.gw:5:1: the line before is a recording's signature; expected nothing after it");
+    for (const std::string& wrong :
+         {"ed25519 " + digits + "a", "ed25519 " + digits.substr(1), "ed25519 " + digits.substr(1) + "A",
+          "ed25519 " + digits + "\r", "rsa " + digits, std::string()})
+        test::expect_said(said(start + "signature " + wrong + "\n"),
+                          "x.gw:4:1: expected, at the end of a recording, 'signature ed25519 ' and 128");
+    test::expect_said(said("0 beam on\nsignature ed25519 " + digits + "\n"),
+                      "x.gw:2:1: expected, at the end");
+}
+
 TEST(Recording, CommentsStandBetweenFramesAndAlsoAfterTheEnd) {
     const test::TemporaryFolder folder;
     Recording recording(folder / "run.gw", {{"test 1", "small", "", "", 0, 0, 0}, 10});
