@@ -149,9 +149,9 @@ int benchmark(const BenchmarkArguments& arguments) {
     std::error_code ignored;
     scenario::Benchmarks all;
     if (std::filesystem::exists(out, ignored)) all = scenario::load_benchmarks(out);
-    if (arguments.out.empty()) std::filesystem::create_directories(out.parent_path(), ignored);
+    if (arguments.out.empty()) io::make_folder(out.parent_path());
     io::require_writable(out);
-    if (!arguments.keep.empty()) std::filesystem::create_directories(arguments.keep);
+    if (!arguments.keep.empty()) io::make_folder(arguments.keep);
     const auto made = arguments.played > 0 ? play_solutions(arguments) : read_recordings(arguments);
     if (!made) return interrupted;
     int tables = 0;

@@ -93,7 +93,7 @@ bool make_debriefings(const CourseArguments& arguments, const fs::path& out,
             stories.push_back(std::move(*story));
             if (missing) {
                 const fs::path page = debrief::debriefing_page(*file, arguments.folder, out);
-                fs::create_directories(page.parent_path());
+                io::make_folder(page.parent_path());
                 io::write_whole(page, debrief::page(stories, nullptr));
             }
             stories.back().moments.clear();  // only the last one's are on a page

@@ -31,8 +31,7 @@ int make(const NewArguments& arguments) {
             ? author::starter(arguments.name)
             : author::starter_from(exercise_named({arguments.from, arguments.exercises}).file, arguments.name,
                                    folder, catalogue());
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
+    if (!folder.empty()) io::make_folder(folder);
     if (!io::make_new(file)) throw io::InputError("{}: expected a new name, found this file", file.string());
     io::write_whole(file, text);
     print("{}: 'seldinger check {}' looks it over\n", file.string(),

@@ -11,7 +11,7 @@ osmesa="libosmesa6-dev"
 egl="libegl-dev libgl-dev libegl-mesa0 libgl1-mesa-dri"
 run="
     g++ cmake ninja-build pkg-config
-    libeigen3-dev libembree-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libbz2-dev libnifti-dev libopenjp2-7-dev libdcmtk-dev libssl-dev
+    libeigen3-dev libembree-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libbz2-dev libnifti-dev libopenjp2-7-dev libdcmtk-dev libssl-dev libseccomp-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
     fonts-dejavu-core
 "

@@ -1,5 +1,7 @@
 /// Who may include whom: every #include of the tree against the arrows of docs/architecture.md.
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -88,12 +90,14 @@ const std::map<std::string, Names> third_party = {
     {"nlohmann",
      {"app", "app/json.h", "engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import",
       "engine/episode", "engine/exercise", "engine/room", "engine/run", "engine/studies"}},
+    {"seccomp.h", {"engine/io"}},
     {"CLI", {"app", "app/arguments.h"}},
     {"pybind11", {"app/python", "app/python/episodes.h", "app/python/values.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
-const Names posix = {"fcntl.h",    "semaphore.h",  "spawn.h",    "sys/file.h", "pthread.h",
-                     "sys/mman.h", "sys/random.h", "sys/stat.h", "sys/wait.h", "unistd.h"};
+const Names posix = {"fcntl.h",     "semaphore.h",    "spawn.h",      "sys/file.h", "pthread.h",
+                     "sys/mman.h",  "sys/random.h",   "sys/stat.h",   "sys/wait.h", "unistd.h",
+                     "sys/prctl.h", "sys/resource.h", "sys/syscall.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));
@@ -227,6 +231,33 @@ TEST(Layering, CommandsPrintThroughOneDoor) {
             EXPECT_FALSE(std::regex_search(line, prints)) << file << ":" << number << ": " << line;
         },
         {"app"});
+}
+
+TEST(Layering, FilesAreWrittenThroughOneDoor) {
+    const char* const words[] = {
+        "ofstream",         "fstream ",          "filebuf",    "fopen(",      "freopen(",
+        "fdopen(",          "O_WRONLY",          "O_RDWR",     "O_CREAT",     "O_TRUNC",
+        "O_APPEND",         "::creat(",          "mkdir",      "mkstemp",     "mkostemp",
+        "mkdtemp",          "tmpfile(",          "mkfifo",     "mknod",       "create_director",
+        "create_hard_link", "create_symlink",    "::symlink(", "::link(",     "rename(",
+        "copy_file",        "filesystem::copy(", "fs::copy(",  "resize_file", "truncate(",
+        "saveFile",         "png_init_io",       "gzopen",
+    };
+    int seen = 0;
+    for_each_line([&](const std::string& file, int number, const std::string& line) {
+        const bool found = std::ranges::any_of(words, [&](const char* word) {
+            const std::size_t at = line.find(word);
+            const auto part_of_word = [](char c) {
+                return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+            };
+            return at != std::string::npos && (at == 0 || word[0] == ':' || !part_of_word(line[at - 1]));
+        });
+        if (folder_of(file) == "engine/io") return void(seen += found);
+        // Closed standard streams are opened before anything else is.
+        if (file == "app/command.cpp" && line.find("\"/dev/null\"") != std::string::npos) return;
+        EXPECT_FALSE(found) << file << ":" << number << ": " << line;
+    });
+    EXPECT_GT(seen, 10);
 }
 
 TEST(Layering, RulesRefuseWhatTheyShould) {

@@ -116,8 +116,7 @@ std::optional<std::size_t> Play::next_exercise(std::optional<std::size_t> after)
 void Play::save_settings() const {
     if (options_.settings.empty()) return;
     try {
-        std::error_code ignored;
-        std::filesystem::create_directories(options_.settings.parent_path(), ignored);
+        io::make_folder(options_.settings.parent_path());
         io::write_whole(options_.settings, std::string(hints_ ? "hints\n" : "no-hints\n") +
                                                (options_.open_all ? "open-all\n" : ""));
     } catch (const io::InputError&) {

@@ -20,7 +20,7 @@ MACHINE = "x86_64"
 FOLDERS = (f"usr/lib/{MACHINE}-linux-gnu", f"lib/{MACHINE}-linux-gnu")
 KEYS = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 LIBRARIES = """libc6-dev libstdc++6 libosmesa6-dev libassimp-dev libdcmtk-dev libpugixml-dev libpng-dev zlib1g-dev libbz2-dev
-               libnifti-dev libopenjp2-7-dev""".split()
+               libnifti-dev libopenjp2-7-dev libseccomp-dev""".split()
 # Headers, and static libraries, which want no newer glibc.
 HEADERS = [f"{name}/bookworm" for name in ("libeigen3-dev", "libglm-dev", "libtomlplusplus-dev", "nlohmann-json3-dev",
                                            "libfmt-dev", "libcli11-dev", "libimgui-dev", "libstb-dev", "libdeflate-dev")]

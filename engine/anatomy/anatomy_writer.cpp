@@ -211,7 +211,7 @@ Anatomy read_anatomy(const json& content, const std::filesystem::path& path, con
     if (root.has("body")) anatomy.body = read_body(root["body"]);
 
     const Value mesh = root["mesh"];
-    const std::filesystem::path mesh_path = path.parent_path() / mesh["file"].word();
+    const std::filesystem::path mesh_path = io::file_beside(path, "mesh.file", mesh["file"].word());
     anatomy.lumen = mesh_at(mesh_path);
     if (const int declared = mesh["triangles"].index();
         declared != static_cast<int>(anatomy.lumen.triangles.size())) {
@@ -337,7 +337,7 @@ Anatomy parse_anatomy(const std::string& text, const std::string& stl, const std
 std::optional<std::filesystem::path> mesh_named_by(const std::filesystem::path& path) {
     try {
         const json content = parse_file(path);
-        return path.parent_path() / Value(content, path.string(), "")["mesh"]["file"].word();
+        return io::file_beside(path, "mesh.file", Value(content, path.string(), "")["mesh"]["file"].word());
     } catch (const io::InputError&) {
         return std::nullopt;
     }
@@ -349,18 +349,6 @@ void check_anatomy_name(const std::string& name) {
         return;
     throw io::InputError("--name: '{}' was found; expected a file name without a folder", name);
 }
-
-namespace {
-
-void make_folder(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error || !std::filesystem::is_directory(folder))
-        throw io::InputError("{}: the folder cannot be made: {}", folder.string(),
-                             error ? error.message() : "a file is in its place");
-}
-
-}  // namespace
 
 std::string markup(const std::string& type, const std::string& name, const geometry::Polyline& points,
                    const std::vector<std::string>& labels, const std::vector<double>& radii) {
@@ -397,7 +385,7 @@ std::string markup(const std::string& type, const std::string& name, const geome
 
 std::vector<std::filesystem::path> write_for_slicer(const Anatomy& anatomy,
                                                     const std::filesystem::path& folder) {
-    make_folder(folder / "centrelines");
+    io::make_folder(folder / "centrelines");
     std::vector<std::filesystem::path> files;
     const auto write = [&](const std::filesystem::path& file, const std::string& text) {
         io::write_whole(file, text);
@@ -429,7 +417,7 @@ Anatomy read_back(const Anatomy& anatomy) {
 
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,
                                     const Provenance& provenance) {
-    make_folder(folder);
+    io::make_folder(folder);
     std::error_code error;
     const std::string mesh_file = anatomy.name + ".stl";
     const std::filesystem::path path = folder / (anatomy.name + ".anatomy.json");

@@ -6,12 +6,15 @@
 #include <string>
 #include <string_view>
 
+#include "physics/geometry/state.h"
+
 namespace anatomy {
 
 /// What a file states of its axes.
 struct StatedAxes {
     std::string axes;   // "lps", "ras", or another word, as the file has it
     std::string where;  // "the header says SPACE=RAS"
+    void state(geometry::StateStream& s) { s(axes, where); }
 };
 
 /// The first SPACE=WORD of a line of text, in any case, such as "3D Slicer output. SPACE=RAS".

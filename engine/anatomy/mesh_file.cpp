@@ -14,6 +14,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/io/wall.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/vec.h"
 
@@ -128,7 +130,7 @@ private:
                 std::error_code unknown;
                 there = name.starts_with("data:")
                             ? name.size() / 4 * 3
-                            : std::filesystem::file_size(path_.parent_path() / name, unknown);
+                            : std::filesystem::file_size(io::file_beside(path_, where, name), unknown);
                 if (unknown)
                     refuse(where, fmt::format("'{}' cannot be read", name.substr(0, 60)),
                            "a file beside this one");
@@ -399,13 +401,15 @@ StatedMesh from_polydata(const fs::path& path) {
     return {{std::move(data.points), std::move(data.triangles)}, std::move(data.axes)};
 }
 
-/// Opens regular files alone: a mesh may name others, such as materials. Assimp 6 lets nothing derive from
-/// its own files.
-class RegularFiles final : public Assimp::IOSystem {
+/// Opens regular files beside the mesh alone: it may name others, such as materials. Assimp 6 lets nothing
+/// derive from its own files.
+class FilesBeside final : public Assimp::IOSystem {
 public:
+    explicit FilesBeside(const fs::path& mesh) : mesh_(fs::absolute(mesh)) {}
     Assimp::IOStream* Open(const char* file, const char* mode) override {
         std::error_code ignored;
-        return fs::is_regular_file(file, ignored) ? files_.Open(file, mode) : nullptr;
+        const bool beside = io::lies_beside(mesh_, fs::absolute(file, ignored).string());
+        return beside && fs::is_regular_file(file, ignored) ? files_.Open(file, mode) : nullptr;
     }
     void Close(Assimp::IOStream* stream) override { files_.Close(stream); }
     bool Exists(const char* file) const override { return files_.Exists(file); }
@@ -415,6 +419,7 @@ public:
     char getOsSeparator() const override { return files_.getOsSeparator(); }
 
 private:
+    fs::path mesh_;
     Assimp::DefaultIOSystem files_;
 };
 
@@ -452,7 +457,7 @@ geometry::TriangleMesh taken(const aiScene* scene, const fs::path& path) {
 
 geometry::TriangleMesh by_assimp(const fs::path& path) {
     Assimp::Importer importer;
-    importer.SetIOHandler(new RegularFiles);  // which the importer deletes
+    importer.SetIOHandler(new FilesBeside(path));  // which the importer deletes
     return taken(importer.ReadFile(path.string(), as_triangles), path);
 }
 
@@ -552,12 +557,24 @@ geometry::TriangleMesh load_mesh(const fs::path& path) {
 }
 
 StatedMesh load_stated_mesh(const fs::path& path) {
-    StatedMesh read = read_by_kind(path);
-    read.mesh = joined(read.mesh, path);
-    return read;
+    const auto read = [&](const io::Progress&) {
+        StatedMesh found = read_by_kind(path);
+        found.mesh = joined(found.mesh, path);
+        return found;
+    };
+    StatedMesh found = io::read_behind_wall(path, {}, read, [](geometry::StateStream& s, StatedMesh& stated) {
+        s(stated.mesh.vertices, stated.mesh.triangles, stated.axes);
+    });
+    const auto corners = static_cast<int>(found.mesh.vertices.size());
+    const auto is_corner = [&](int corner) { return corner >= 0 && corner < corners; };
+    for (const auto& triangle : found.mesh.triangles)
+        if (!std::ranges::all_of(triangle, is_corner))
+            throw std::logic_error("a reader returned a triangle of corners that are not there");
+    return found;
 }
 
 geometry::TriangleMesh parse_stl(const std::string& bytes, const std::string& name) {
+    const io::NoChildMeanwhile here;
     Assimp::Importer importer;
     return joined(
         taken(importer.ReadFileFromMemory(bytes.data(), bytes.size(), as_triangles, "stl"), name + ".stl"),

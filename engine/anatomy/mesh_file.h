@@ -17,7 +17,7 @@ inline constexpr double largest_coordinate = 1e4;
 
 /// All triangles of the file in its own units; corners equal to the bit are welded. Throws InputError when
 /// the file is missing, of another kind, empty, truncated, inconsistent, or holds numbers that are not
-/// finite.
+/// finite. The file is read behind a wall (io/wall.h).
 geometry::TriangleMesh load_mesh(const std::filesystem::path&);
 
 /// The mesh of a file, in the file's own axes, and what it states of them: in the header of an STL, a comment

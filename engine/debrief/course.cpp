@@ -262,8 +262,8 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
                 Json json = Json::array();
                 for (const CourseRow& one : rows) json.push_back(one);
                 io::make_private_folder(options.cache.folder);
-                fs::create_directories(kept.parent_path(), ignored);
                 try {
+                    io::make_folder(kept.parent_path());
                     io::write_whole(kept, json.dump(-1, ' ', false, Json::error_handler_t::replace));
                 } catch (const io::InputError&) {
                     // It is computed again the next time.

@@ -18,6 +18,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/io/wall.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/vec.h"
 
@@ -437,6 +438,7 @@ private:
 }  // namespace
 
 void Angiogram::write(const std::filesystem::path& path) const {
+    const io::NoChildMeanwhile here;  // DCMTK has locks
     if (frames() == 0) throw std::logic_error("an angiogram without a frame");
     DcmFileFormat file;
     Data data(*file.getDataset());

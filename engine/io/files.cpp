@@ -256,6 +256,61 @@ std::string make_private_folder(const fs::path& path) {
     return fs::is_directory(folder, failed) ? std::string() : std::strerror(why);
 }
 
+namespace {
+
+/// From the file's folder; empty for what lies elsewhere. By names alone: a link within the folder was put
+/// there by whoever put the folder there.
+fs::path from_beside(const fs::path& file, const std::string& name) {
+    fs::path path(name);
+    std::error_code failed;
+    if (path.is_absolute()) {
+        path = path.lexically_normal().lexically_relative(
+            fs::absolute(file, failed).parent_path().lexically_normal());
+        if (failed) return {};
+    }
+    path = path.lexically_normal();
+    if (path.empty() || *path.begin() == ".." || path == "." || name.find('\0') != std::string::npos)
+        return {};
+    return path;
+}
+
+}  // namespace
+
+fs::path file_beside(const fs::path& file, const std::string& where, const std::string& name) {
+    const fs::path path = from_beside(file, name);
+    if (path.empty())
+        throw InputError("{}: {}: '{}' was found; expected a file beside this one, or in a folder beside it",
+                         file.string(), where, name.substr(0, 100));
+    return file.parent_path() / path;
+}
+bool lies_beside(const fs::path& file, const std::string& name) {
+    return !from_beside(file, name).empty();
+}
+
+void make_folder(const fs::path& folder) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    std::error_code unknown;
+    if (!fs::is_directory(folder, unknown))
+        throw InputError("{}: the folder cannot be made: {}", folder.string(),
+                         failed ? failed.message() : "a file is in its place");
+}
+
+void put_beside(const fs::path& from, const fs::path& to) {
+    try {
+        fs::remove_all(to);
+        try {
+            fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::create_hard_links);
+        } catch (const fs::filesystem_error&) {
+            fs::remove_all(to);
+            fs::copy(from, to, fs::copy_options::recursive);
+        }
+    } catch (const fs::filesystem_error& error) {
+        throw InputError("{}: {} cannot be put there: {}", to.string(), from.string(),
+                         error.code().message());
+    }
+}
+
 bool make_new(const std::filesystem::path& path) {
     const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0 && errno == EEXIST) return false;

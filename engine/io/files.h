@@ -25,6 +25,13 @@ std::ifstream open_to_read(const std::filesystem::path&, std::string_view what, 
 inline constexpr std::uintmax_t largest_text = 2'000'000'000;  // [bytes]
 std::string read_text(const std::filesystem::path&, std::string_view what, std::string_view accepted);
 
+/// The path of a file that another one names, which may come from anywhere: in the same folder, or one within
+/// it. Throws InputError "FILE: WHERE: 'NAME' was found; …" for any other.
+std::filesystem::path file_beside(const std::filesystem::path& file, const std::string& where,
+                                  const std::string& name);
+/// Whether file_beside takes the name.
+bool lies_beside(const std::filesystem::path& file, const std::string& name);
+
 /// Who may read a new file: whom the umask lets, or its owner alone whatever the umask.
 enum class Readers { Usual, Owner };
 
@@ -38,6 +45,11 @@ void require_writable(const std::filesystem::path&);
 /// Makes a folder that its owner alone can enter, and those above it as usual. One that is there stays as it
 /// is. Returns why it cannot be made; empty where it is there.
 std::string make_private_folder(const std::filesystem::path&);
+/// Makes a folder and those above it, unless they are there. Throws InputError.
+void make_folder(const std::filesystem::path&);
+/// Puts a folder at another path, too, in place of what is there: by links to the same files where the file
+/// system has them. Throws InputError.
+void put_beside(const std::filesystem::path& from, const std::filesystem::path& to);
 /// Makes an empty file. False where something has that name already, which stays as it is; a link counts,
 /// also one to nothing. Throws InputError where the file cannot be made.
 bool make_new(const std::filesystem::path&);

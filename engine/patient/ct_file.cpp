@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <fmt/format.h>
+#include <stdexcept>
 
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -58,8 +59,9 @@ void add_file(geometry::Hash& hash, const fs::path& path) {
 
 }  // namespace
 
-CtImage read_ct(const fs::path& path, const std::string& series, const Progress& progress) {
-    io::require_no_device(path);
+namespace {
+
+CtImage read_ct_here(const fs::path& path, const std::string& series, const Progress& progress) {
     std::error_code failed;
     CtImage ct;
     try {
@@ -88,20 +90,7 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
     return ct;
 }
 
-bool is_label_file(const fs::path& path) {
-    if (format_of(path) != Format::None || io::lower_case(path.extension().string()) == ".dcm") return true;
-    std::error_code failed;
-    return fs::is_regular_file(path, failed) && is_dicom_file(path);  // a FIFO is not opened
-}
-
-LabelImage read_labels(const fs::path& path, const Progress& progress) {
-    io::require_no_device(path);
-    std::error_code failed;
-    if (!fs::is_regular_file(path, failed) || !is_label_file(path))
-        refuse_ct(path,
-                  fs::exists(path, failed) ? "a file of another kind was found" : "no such mask can be read",
-                  "expected a mask as NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .seg.nrrd), "
-                  "MetaImage (.mha, .mhd) or DICOM SEG (.dcm)");
+LabelImage read_labels_here(const fs::path& path, const Progress& progress) {
     try {
         switch (format_of(path)) {
             case Format::Nrrd:
@@ -116,6 +105,52 @@ LabelImage read_labels(const fs::path& path, const Progress& progress) {
     } catch (const std::bad_alloc&) {
         refuse_ct(path, "there is not enough memory for its samples", "expected a smaller mask");
     }
+}
+
+/// Grids and samples may be any where a file has taken over the process that read it.
+void require_as_many(const render::VolumeGrid& grid, std::size_t layers, std::size_t samples) {
+    for (const int size : grid.size)
+        if (size < 1 || size > 32768) throw std::logic_error("a reader returned a grid of no size");
+    if (layers < 1 || layers > 32768 || grid.count() > most_samples || samples != grid.count() * layers)
+        throw std::logic_error("a reader returned another number of samples than its grid has");
+}
+
+}  // namespace
+
+CtImage read_ct(const fs::path& path, const std::string& series, const Progress& progress) {
+    io::require_no_device(path);
+    CtImage ct = io::read_behind_wall(
+        path, progress, [&](const Progress& told) { return read_ct_here(path, series, told); },
+        [](geometry::StateStream& s, CtImage& image) {
+            s(image.grid.origin, image.grid.steps, image.grid.size, image.hu, image.notes,
+              image.frame_of_reference);
+        });
+    require_as_many(ct.grid, 1, ct.hu.size());
+    return ct;
+}
+
+bool is_label_file(const fs::path& path) {
+    if (format_of(path) != Format::None || io::lower_case(path.extension().string()) == ".dcm") return true;
+    std::error_code failed;
+    return fs::is_regular_file(path, failed) && is_dicom_file(path);  // a FIFO is not opened
+}
+
+LabelImage read_labels(const fs::path& path, const Progress& progress) {
+    io::require_no_device(path);
+    std::error_code failed;
+    if (!fs::is_regular_file(path, failed) || !is_label_file(path))
+        refuse_ct(path,
+                  fs::exists(path, failed) ? "a file of another kind was found" : "no such mask can be read",
+                  "expected a mask as NIfTI (.nii, .nii.gz, .hdr with .img), NRRD (.nrrd, .seg.nrrd), "
+                  "MetaImage (.mha, .mhd) or DICOM SEG (.dcm)");
+    LabelImage labels = io::read_behind_wall(
+        path, progress, [&](const Progress& told) { return read_labels_here(path, told); },
+        [](geometry::StateStream& s, LabelImage& image) {
+            s(image.grid.origin, image.grid.steps, image.grid.size, image.layers, image.values, image.names,
+              image.fractions, image.notes, image.frame_of_reference, image.only_marked);
+        });
+    require_as_many(labels.grid, static_cast<std::size_t>(std::max(labels.layers, 0)), labels.values.size());
+    return labels;
 }
 
 std::vector<fs::path> inputs_of(const PatientFiles& files) {

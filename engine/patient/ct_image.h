@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "engine/io/wall.h"
 #include "render/xray/volume.h"
 
 namespace patient {
@@ -25,12 +25,11 @@ struct CtImage {
     std::string frame_of_reference = {};  // UID that DICOM gives the coordinates; else empty
 };
 
-/// Called with 0 to 1 while something takes long, and with what it is.
-using Progress = std::function<void(double part, const char* what)>;
+using io::Progress;
 
-/// Reads NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or a folder of DICOM files. `series`: for a folder that
-/// holds several, the UID of one or the beginning of its number or description. Throws InputError for a file
-/// that is missing, damaged, of another kind, too large, or not a CT in a place.
+/// Reads NIfTI (.nii, .nii.gz), NRRD (.nrrd, .nhdr) or a folder of DICOM files, behind a wall (io/wall.h).
+/// `series`: for a folder that holds several, the UID of one or the beginning of its number or description.
+/// Throws InputError for a file that is missing, damaged, of another kind, too large, or not a CT in a place.
 CtImage read_ct(const std::filesystem::path&, const std::string& series = {}, const Progress& = {});
 
 /// A volume of labels, as segmentation programs write it: which structure each voxel belongs to; 0 = none.
@@ -39,6 +38,7 @@ struct LabelImage {
     struct Name {
         int value = 1, layer = 0;
         std::string name;
+        void state(geometry::StateStream& s) { s(value, layer, name); }
     };
     render::VolumeGrid grid;
     int layers = 1;                    // structures that may overlap lie in several
@@ -52,7 +52,7 @@ struct LabelImage {
 };
 
 /// Reads NIfTI (.nii, .nii.gz), with the names that TotalSegmentator writes into it, NRRD (.nrrd, .nhdr,
-/// Slicer's .seg.nrrd) or a segmentation of DICOM. Throws InputError as read_ct.
+/// Slicer's .seg.nrrd) or a segmentation of DICOM, behind a wall. Throws InputError as read_ct.
 LabelImage read_labels(const std::filesystem::path&, const Progress& = {});
 /// Whether the file is one that read_labels reads, by its name or DICOM's mark in it.
 bool is_label_file(const std::filesystem::path&);

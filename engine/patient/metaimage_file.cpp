@@ -118,7 +118,7 @@ std::optional<fs::path> meta_data_file(const MetaHeader& header) {
     if (io::lower_case(name) == "local") return std::nullopt;
     if (name.empty() || io::lower_case(name).starts_with("list") || name.find('%') != std::string::npos)
         header.refuse("elementdatafile", "expected LOCAL or the name of one file");
-    return header.path.parent_path() / name;
+    return io::file_beside(header.path, "ElementDataFile", name);
 }
 
 std::vector<std::int16_t> samples_of(const fs::path& path, const Progress& progress, SampleKind kind,

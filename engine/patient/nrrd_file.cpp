@@ -264,7 +264,7 @@ std::vector<fs::path> data_files(const Header& header) {
     if (names.empty() || names.front().empty())
         header.refuse("data file", "expected the names of files behind it");
     std::vector<fs::path> files;
-    for (const std::string& name : names) files.push_back(header.path.parent_path() / name);
+    for (const std::string& name : names) files.push_back(io::file_beside(header.path, "data file", name));
     return files;
 }
 

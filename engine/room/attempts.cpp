@@ -60,11 +60,7 @@ void Attempts::require_writable() const {
 fs::path Attempts::make_next(const std::string& scenario) const {
     const bool folder = in_folder();
     const fs::path where = folder ? wanted_ : wanted_.parent_path();
-    std::error_code failed;
-    if (folder) {
-        fs::create_directories(where, failed);
-        if (failed) throw io::InputError("{}: cannot be made: {}", where.string(), failed.message());
-    }
+    if (folder) io::make_folder(where);
     const std::string start = folder ? scenario + "-" : wanted_.stem().string() + "-";
     const std::string end = folder ? ".gw" : wanted_.extension().string();
     if (!folder && io::make_new(wanted_)) return wanted_;

@@ -110,8 +110,7 @@ void Results::keep() const {
             json[name]["patients"][patient] = {{"attempts", of.attempts}, {"reached", of.reached}};
         if (entry.steps > 0) json[name]["steps_done"] = entry.steps;
     }
-    std::error_code ignored;
-    std::filesystem::create_directories(file_.parent_path(), ignored);
+    io::make_folder(file_.parent_path());
     io::write_whole(file_, json.dump(2) + "\n");
 }
 

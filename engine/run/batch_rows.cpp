@@ -27,22 +27,6 @@ const char* const header =
 
 namespace fs = std::filesystem;
 
-/// Puts the folder at the other place, too: by links to the same files where the file system has them.
-void put_beside(const fs::path& from, const fs::path& to) {
-    try {
-        fs::remove_all(to);  // of a merge that was ended
-        try {
-            fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::create_hard_links);
-        } catch (const fs::filesystem_error&) {
-            fs::remove_all(to);
-            fs::copy(from, to, fs::copy_options::recursive);
-        }
-    } catch (const fs::filesystem_error& error) {
-        throw io::InputError("{}: {} cannot be put there: {}", to.string(), from.string(),
-                             error.code().message());
-    }
-}
-
 struct ShardFolder {
     fs::path folder;
     std::map<int, BatchRow> rows;
@@ -185,7 +169,7 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
             result.interrupted = true;
             return result;  // the same call puts everything there again
         }
-        put_beside(made[k].first, out / made[k].second);
+        io::put_beside(made[k].first, out / made[k].second);
         if (options.progress) options.progress(k + 1, made.size(), 0);
     }
     write_rows(rows, out);

@@ -10,6 +10,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/io/wall.h"
 #include "render/picture/png.h"
 #include "render/xray/detector.h"
 
@@ -34,11 +35,15 @@ void write_picture(const std::filesystem::path& path, const render::ColourImage&
 
 render::GrayImage read_picture(const std::filesystem::path& path) {
     io::require_no_device(path);
-    try {
-        return render::read_png(path);
-    } catch (const std::runtime_error& error) {
-        throw io::InputError(error.what());
-    }
+    const auto read = [&](const io::Progress&) {
+        try {
+            return render::read_png(path);
+        } catch (const std::runtime_error& error) {
+            throw io::InputError(error.what());
+        }
+    };
+    return io::read_behind_wall(path, {}, read,
+                                [](geometry::StateStream& s, render::GrayImage& image) { image.state(s); });
 }
 
 double quanta_per_level(const render::CArm& arm, double dose) {

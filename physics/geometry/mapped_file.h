@@ -22,12 +22,17 @@ public:
         // A FIFO must not hold up whoever opens it.
         const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
         if (descriptor < 0) return nullptr;
+        std::shared_ptr<const MappedFile> file = of_descriptor(descriptor);
+        ::close(descriptor);
+        return file;
+    }
+    /// The same of a file that is open, and stays so.
+    static std::shared_ptr<const MappedFile> of_descriptor(int descriptor) {
         struct stat found {};
         void* at = MAP_FAILED;
         if (::fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) && found.st_size > 0)
             at = ::mmap(nullptr, static_cast<std::size_t>(found.st_size), PROT_READ,
                         MAP_PRIVATE | MAP_POPULATE, descriptor, 0);
-        ::close(descriptor);
         if (at == MAP_FAILED) return nullptr;
         return std::shared_ptr<const MappedFile>(
             new MappedFile({static_cast<const std::byte*>(at), static_cast<std::size_t>(found.st_size)}));

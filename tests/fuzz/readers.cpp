@@ -15,6 +15,7 @@
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/wall.h"
 #include "engine/patient/ct_image.h"
 #include "engine/room/keys.h"
 #include "engine/run/batch.h"
@@ -42,6 +43,7 @@ fs::path file_of(const std::string& bytes, const std::string& name) {
 
 template <const char* name>
 void mesh(const std::string& bytes) {
+    const io::WithoutWall here;
     const geometry::TriangleMesh mesh = anatomy::load_mesh(file_of(bytes, name));
     const int corners = static_cast<int>(mesh.vertices.size());
     for (const auto& triangle : mesh.triangles)
@@ -56,6 +58,7 @@ constexpr char stl[] = "mesh.stl", obj[] = "mesh.obj", ply[] = "mesh.ply", off[]
 
 template <const char* name>
 void centrelines(const std::string& bytes) {
+    const io::WithoutWall here;
     anatomy::load_centrelines(file_of(bytes, name), 1.0);
 }
 constexpr char lines_json[] = "lines.json", lines_csv[] = "lines.csv", lines_pth[] = "lines.pth",
@@ -63,12 +66,14 @@ constexpr char lines_json[] = "lines.json", lines_csv[] = "lines.csv", lines_pth
 
 template <const char* name>
 void ct(const std::string& bytes) {
+    const io::WithoutWall here;
     patient::read_ct(file_of(bytes, name));
 }
 constexpr char nifti[] = "ct.nii", nifti_gz[] = "ct.nii.gz", nrrd[] = "ct.nrrd";
 
 /// One slice, and another like it 2 mm higher.
 void dicom(const std::string& bytes) {
+    const io::WithoutWall here;
     fs::create_directories(folder() / "series");
     file_of(bytes, "series/slice.dcm");
     std::string higher = bytes;
@@ -78,6 +83,7 @@ void dicom(const std::string& bytes) {
 }
 
 void seg(const std::string& bytes) {
+    const io::WithoutWall here;
     patient::read_labels(file_of(bytes, "mask.dcm"));
 }
 
@@ -138,6 +144,7 @@ void points(const std::string& bytes) {
     io::parse_csv(bytes, "points.csv", io::points_header);
 }
 void png(const std::string& bytes) {
+    const io::WithoutWall here;
     run::read_picture(file_of(bytes, "frame.png"));
 }
 

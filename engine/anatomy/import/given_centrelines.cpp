@@ -15,6 +15,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/io/wall.h"
 
 namespace anatomy {
 namespace {
@@ -391,13 +392,17 @@ GivenLines load_centrelines(const std::filesystem::path& path, double unit) {
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
     if (!unknown && size > (std::size_t{100} << 20)) refuse(file, "more than 100 MB were found");
-    const std::string text = io::read_text(path, "file", accepted);
-    GivenLines read = extension == ".csv"   ? GivenLines{from_csv(text, file), {}}
-                      : extension == ".vtp" ? from_polydata(parse_vtp(text, file), unit)
-                      : extension == ".vtk" ? from_polydata(parse_legacy_vtk(text, file), unit)
-                      : extension == ".pth" ? GivenLines{from_path(text, path, unit), {}}
-                      : extension == ".dat" ? GivenLines{from_table(text, path, unit), {}}
-                                            : from_json(text, path, unit);
+    const auto read_here = [&](const io::Progress&) {
+        const std::string text = io::read_text(path, "file", accepted);
+        return extension == ".csv"   ? GivenLines{from_csv(text, file), {}}
+               : extension == ".vtp" ? from_polydata(parse_vtp(text, file), unit)
+               : extension == ".vtk" ? from_polydata(parse_legacy_vtk(text, file), unit)
+               : extension == ".pth" ? GivenLines{from_path(text, path, unit), {}}
+               : extension == ".dat" ? GivenLines{from_table(text, path, unit), {}}
+                                     : from_json(text, path, unit);
+    };
+    GivenLines read = io::read_behind_wall(
+        path, {}, read_here, [](geometry::StateStream& s, GivenLines& all) { s(all.lines, all.axes); });
     std::vector<GivenLine>& lines = read.lines;
     std::erase_if(lines, [](const GivenLine& line) { return line.points.size() < 2; });
     if (lines.empty()) refuse(file, "no line of two points or more was found");

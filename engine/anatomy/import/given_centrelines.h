@@ -16,6 +16,7 @@ struct GivenLine {
     std::string name;           // empty = none
     geometry::Polyline points;  // [mm]
     std::vector<double> radii;  // of the points, or none; they are measured on the mesh [mm]
+    void state(geometry::StateStream& s) { s(name, points, radii); }
 };
 
 struct GivenLines {
@@ -33,7 +34,7 @@ struct GivenLines {
 ///   measurement Radius where they have it, named as the file where they have no name;
 /// - a table of VMTK (.dat) with X, Y, Z and, maybe, radii: a new line begins where a point lies far from the
 ///   one before, named as the file and numbered.
-/// Repeated consecutive points are dropped. Throws InputError.
+/// Repeated consecutive points are dropped. Throws InputError. The file is read behind a wall (io/wall.h).
 GivenLines load_centrelines(const std::filesystem::path&, double unit);
 
 /// Points of 3D Slicer (.mrk.json, Fiducial), by their labels, in millimetres.

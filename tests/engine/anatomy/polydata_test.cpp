@@ -4,6 +4,7 @@
 
 #include "engine/anatomy/import/given_centrelines.h"
 #include "engine/anatomy/mesh_file.h"
+#include "engine/io/wall.h"
 #include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/anatomy/tubes.h"
 #include "tests/engine/fixtures.h"
@@ -190,6 +191,7 @@ TEST_F(MeshFile, ATubeIsTheSameInEveryFormat) {
 
 /// Whole files with bytes changed, cut off, doubled: each is read or refused.
 TEST_F(MeshFile, DamagedFilesAreReadOrRefused) {
+    const io::WithoutWall here;
     const geometry::TriangleMesh tube = test::tube(2, 6, 6);
     PolyData data = small_polydata();
     std::vector<std::pair<std::string, std::string>> whole;

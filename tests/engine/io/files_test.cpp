@@ -33,6 +33,21 @@ TEST_F(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
                   path.string() + ": no such poem can be read; expected verses");
 }
 
+TEST_F(Files, WhatAFileNamesLiesBesideIt) {
+    const std::filesystem::path file = folder / "a.nhdr";
+    for (const char* name : {"b.raw", "./b.raw", "inner/b.raw", "inner/../b.raw", "..b.raw", "inner/./b.raw"})
+        EXPECT_EQ(file_beside(file, "data file", name),
+                  folder / std::filesystem::path(name).lexically_normal());
+    EXPECT_EQ(file_beside(file, "data file", (folder / "b.raw").string()), folder / "b.raw");
+    EXPECT_EQ(file_beside("a.nhdr", "data file", "b.raw"), "b.raw");
+    for (const std::string& name :
+         std::initializer_list<std::string>{"../b.raw", "inner/../../b.raw", "/etc/passwd", "..", ".", "",
+                                            "./..", "inner/../..", (folder / "../b.raw").string()})
+        EXPECT_EQ(test::refusal([&] { file_beside(file, "data file", name); }),
+                  file.string() + ": data file: '" + name.substr(0, 100) +
+                      "' was found; expected a file beside this one, or in a folder beside it");
+}
+
 TEST_F(Files, FailedWriteNamesThePathAndTheReason) {
     test::write(folder / "file", "");
     test::expect_refusal([&] { write_whole(folder / "file/a.txt", "x"); },

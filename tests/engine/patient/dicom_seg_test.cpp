@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/anatomy/import/mask_import.h"
+#include "engine/io/wall.h"
 #include "engine/patient/ct_image.h"
 #include "tests/engine/fixtures.h"
 #include "tests/engine/patient/dicom_writer.h"
@@ -220,6 +221,7 @@ TEST_F(DicomSeg, WhatIsNoSegmentationIsRefusedWithWhatWasFound) {
 }
 
 TEST_F(DicomSeg, DamagedFilesAreReadOrRefused) {
+    const io::WithoutWall here;
     const render::VolumeGrid grid = oblique();
     const std::vector<test::Segment> segments = {some(grid, 1, "aorta", 1, 5, 1),
                                                  some(grid, 2, "iliac", 3, 7, 2)};
