@@ -6,6 +6,7 @@
 Trained policies: train_ppo.py. Processor time is that of one core."""
 
 import argparse
+import contextlib
 import re
 import time
 
@@ -32,8 +33,8 @@ def of_random_actions(name, episodes, cache, model=None):
     return reached.mean(), steps.mean(), force.mean(), made / (time.process_time() - start)
 
 
-def of_solution(scenario, cache, model=None):
-    """(whether it reached the target, frames, largest force on the wall [N], place of the tip, frames a core-second)"""
+def solution(scenario):
+    """The commands of each frame."""
     commands = {}
     for line in (sd.assets() / "scripts" / f"{scenario}.gw").read_text().splitlines():
         if line := re.sub(r"\s*#.*", "", line).strip():
@@ -41,7 +42,12 @@ def of_solution(scenario, cache, model=None):
             first, _, last = when.partition("..")
             for frame in range(int(first), int(last or first) + 1):
                 commands.setdefault(frame, []).append(command)
-    force = 0.0
+    return commands
+
+
+def of_solution(scenario, cache, model=None):
+    """(whether it reached the target, frames, largest force on the wall [N], place of the tip, frames a core-second)"""
+    commands, force = solution(scenario), 0.0
     with sd.Simulation(scenario, cache=cache, set=model, images=False) as sim:
         start = time.process_time()
         for frame in range(max(commands)):
@@ -54,11 +60,44 @@ def of_solution(scenario, cache, model=None):
         return state.completed, frame + 1, force, np.array(state.tip_mm), (frame + 1) / (time.process_time() - start)
 
 
+def of_patients(name, patients, cache):
+    """In how many patients of these seeds the solution of the exercise reaches the target, and random actions do."""
+    own, scripted, random = sd.gym.ENVIRONMENTS[name], 0, 0
+    commands, rng = solution(own["scenario"]), np.random.default_rng(0)
+    for patient in patients:
+        drawn = {**own.get("randomize", {}), "anatomy.seed": (patient, patient + 1)}
+        with contextlib.closing(sd.gym.make(name, cache=cache, hashes=False, randomize=drawn)) as env:
+            env.reset(seed=0)
+            sim = env.simulation
+            for frame in range(max(commands)):
+                for command in commands.get(frame, []):
+                    sim.apply(0, command)
+                sim.step(np.zeros((1, sim.inserted_mm.shape[1], 2)))
+                if sim.completed[0]:
+                    scripted += 1
+                    break
+            env.reset(seed=0)
+            done = False
+            while not done:
+                _, _, reached, cut, _ = env.step(rng.uniform(-1, 1, env.action_space.shape))
+                done = reached or cut
+            random += reached
+    return scripted, random
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--episodes", type=int, default=16)
     parser.add_argument("--cache", default=None)
+    parser.add_argument("--patients", type=int, help="so many of those that train_ppo.py trains on, and as many that it has not met, instead")
     options = parser.parse_args()
+    if options.patients:
+        print("| environment | solution: patients of training | unseen | random: patients of training | unseen |")
+        print("| --- |" + " ---: |" * 4)
+        for name in sd.gym.ENVIRONMENTS:
+            known, unseen = (of_patients(name, range(first, first + options.patients), options.cache) for first in (1, 1001))
+            print(f"| {name.split('/')[1].split('-')[0]} | {known[0]} | {unseen[0]} | {known[1]} | {unseen[1]} |", flush=True)
+        return
     print("| environment | solution: frames | largest force | frames a core-second | coarse: tip away | frames a core-second | "
           "random: reached | largest force | steps a core-second | coarse |")
     print("| --- |" + " ---: |" * 9)

@@ -19,15 +19,16 @@ from . import Observation, _arguments, _OfSeveral
 from .batch import Batch, checked_seed, one
 from .draws import whole
 
-__all__ = ["SeldingerVecEnv", "make_vec_env"]
+__all__ = ["FromTheTip", "SeldingerVecEnv", "make_vec_env"]
 
 if TYPE_CHECKING:
-    _Base = object
+    _Base = _Wrapper = object
 else:
     try:
         _Base = importlib.import_module("stable_baselines3.common.vec_env").VecEnv
+        _Wrapper = importlib.import_module("stable_baselines3.common.vec_env").VecEnvWrapper
     except ImportError:
-        _Base = object
+        _Base = _Wrapper = object
 
 _SHARED = ("action_space", "metadata", "observation_space", "randomize", "render_mode", "spec")
 
@@ -139,3 +140,27 @@ def make_vec_env(name: str, n_envs: int = 1, *, seed: Optional[int] = None, **ar
     made = SeldingerVecEnv(num_envs=n_envs, **_arguments(name, arguments))
     made.seed(seed)
     return made
+
+
+class FromTheTip(_Wrapper):
+    """A VecEnvWrapper: places in 3D are seen from the tip, so that what is learned in one patient holds in another. Needs the
+    observation "tracking3d"."""
+
+    venv: SeldingerVecEnv
+
+    @staticmethod
+    def _seen(observation: Observation) -> Observation:
+        tip = observation["tracking3d"][..., 0, :]
+        places = ("tracking3d", "route3d", "tip3d", "target3d")
+        return {key: value - (tip if value.ndim == tip.ndim else tip[..., None, :]) if key.endswith(places) else value
+                for key, value in observation.items()}
+
+    def reset(self) -> Observation:
+        return self._seen(self.venv.reset())
+
+    def step_wait(self) -> Tuple[Observation, NDArray[np.float32], NDArray[np.bool_], List[Dict[str, Any]]]:
+        observation, rewards, done, infos = self.venv.step_wait()
+        for info in infos:
+            if "terminal_observation" in info:
+                info["terminal_observation"] = self._seen(info["terminal_observation"])
+        return self._seen(observation), rewards, done, infos
