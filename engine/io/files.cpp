@@ -483,7 +483,7 @@ void OwnFolder::make(const fs::path& inner) {
         made_.push_back(folder);
         add_empty_folder(folder);
     }
-    if (fs::is_directory(folder, error)) return;
+    if (std::error_code ignored; fs::is_directory(folder, ignored)) return;
     throw InputError(
         "{}: cannot be written: the output folder cannot be made: {}; expected a folder that can be written",
         folder.string(), error ? error.message() : "a file is in its place");

@@ -83,6 +83,7 @@ public:
 
 private:
     void raw(void* data, std::size_t bytes) override {
+        if (bytes == 0) return;  // of an empty list, which may lie nowhere
         if (used_ + bytes > buffer_.size()) flush();
         if (bytes > buffer_.size()) return put(data, bytes);
         std::memcpy(buffer_.data() + used_, data, bytes);

@@ -165,19 +165,44 @@ std::vector<fs::path> inputs_of(const PatientFiles& files) {
     return all;
 }
 
+namespace {
+
+void add_files_below(const fs::path& folder, std::vector<fs::path>& files) {
+    constexpr std::size_t most = 20'000;
+    std::error_code failed;
+    const auto require = [&failed](const fs::path& path) {
+        if (failed) refuse_ct(path, failed.message(), "expected files and folders that can be read");
+    };
+    fs::directory_iterator entries(folder, failed);
+    require(folder);
+    for (const fs::directory_iterator end; entries != end; entries.increment(failed), require(folder)) {
+        const fs::file_status found = entries->status(failed);
+        if (failed == std::errc::no_such_file_or_directory) continue;  // a link to nothing
+        require(entries->path());
+        std::error_code ignored;
+        if (fs::is_regular_file(found)) files.push_back(entries->path());
+        if (files.size() > most)
+            refuse_ct(folder, fmt::format("more than {} files were found", most),
+                      "expected the folder of one examination");
+        if (fs::is_directory(found) && !entries->is_symlink(ignored)) add_files_below(entries->path(), files);
+    }
+}
+
+}  // namespace
+
+std::vector<fs::path> files_below(const fs::path& folder) {
+    std::vector<fs::path> files;
+    add_files_below(folder, files);
+    std::ranges::sort(files);
+    return files;
+}
+
 std::uint64_t content_hash(const fs::path& path) {
     geometry::Hash hash;
     io::require_no_device(path);
     std::error_code failed;
     if (fs::is_directory(path, failed)) {
-        std::vector<fs::path> files;
-        try {
-            for (const auto& entry : fs::recursive_directory_iterator(path))
-                if (entry.is_regular_file()) files.push_back(entry.path());
-        } catch (const fs::filesystem_error& error) {
-            refuse_ct(path, error.code().message(), accepted_cts);
-        }
-        std::ranges::sort(files);
+        const std::vector<fs::path> files = files_below(path);
         hash.add(std::uint64_t{files.size()});
         for (const fs::path& file : files) add_file(hash, file);
         return hash.value();

@@ -14,8 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 using geometry::Vec3;
 
-constexpr std::size_t most_files = 20000;
-
 using Series = std::vector<DicomSlice>;
 
 /// A file as the folder names it.
@@ -221,17 +219,11 @@ void read_all(const Series& series, CtImage& ct, const Progress& progress) {
 CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Progress& progress) {
     std::vector<fs::path> files;
     int empty = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-        if (!entry.is_regular_file()) continue;
-        empty += entry.file_size() == 0;
-        if (!is_dicom_file(entry.path())) continue;
-        if (entry.path().filename() == "DICOMDIR") continue;
-        files.push_back(entry.path());
-        if (files.size() > most_files)
-            refuse_ct(folder, fmt::format("more than {} DICOM files were found", most_files),
-                      "expected the folder of one examination");
+    for (fs::path& file : files_below(folder)) {
+        std::error_code failed;
+        empty += fs::file_size(file, failed) == 0;
+        if (is_dicom_file(file) && file.filename() != "DICOMDIR") files.push_back(std::move(file));
     }
-    std::ranges::sort(files);
     std::map<std::string, Series> all;
     for (std::size_t i = 0; i < files.size(); ++i) {
         if (progress)

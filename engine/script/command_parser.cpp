@@ -386,6 +386,14 @@ public:
         }
     }
 
+    /// Whether a last line without its line feed may be half of what a killed program was writing. Lines that
+    /// cannot be are those with which a recording ends, which an editor may have left without one.
+    bool is_cut(std::string_view text) const {
+        const bool is_signature =
+            text.starts_with(signature_start) && text.size() == signature_start.size() + signature_digits;
+        return script_.origin && !signed_ && !text.ends_with(" end") && !is_signature;
+    }
+
     CommandScript result() {
         if (refused_ > wrong_.size())
             wrong_.push_back(fmt::format("... and {} more", refused_ - wrong_.size()));
@@ -638,6 +646,7 @@ CommandScript parse_commands(std::string_view text, const std::string& file) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark, as some editors write
     for (int number = 1; !text.empty(); ++number) {
         const std::size_t end = std::min(text.find('\n'), text.size());
+        if (end == text.size() && parser.is_cut(text)) break;
         parser.read(text.substr(0, end), number);
         text.remove_prefix(std::min(end + 1, text.size()));
     }

@@ -306,7 +306,8 @@ DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_
     require(head.version == file_version, "the distance field was saved by another version");
     require(std::ranges::all_of(head.padding, [](std::uint64_t word) { return word == 0; }),
             "this is not a saved distance field");
-    require(head.bytes <= bytes.size() - sizeof head, "the saved distance field is cut short");
+    require(head.bytes == bytes.size() - sizeof head,
+            "the saved distance field is cut short or longer than it was");
     const std::span<const std::byte> body = bytes.subspan(sizeof head, static_cast<std::size_t>(head.bytes));
     const char* const damaged = "the saved distance field is damaged";
     require(checksum(body) == head.checksum, damaged);

@@ -44,7 +44,7 @@ TEST_F(ScoreCommand, AChangedStateIsExitCodeThreeAndSaysWhere) {
 
 TEST_F(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
     const std::string text = read(recorded(folder));
-    write(folder / "x.gw", text.substr(0, text.find("state 20 ") + 12));
+    write(folder / "x.gw", text.substr(0, text.find("state 20 ") + 12) + "\n");
     expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:");
     write(folder / "x.gw", replaced(text, "recording 3", "recording 9"));
     expect_refused(run(folder, {"score", folder / "x.gw"}),
@@ -56,7 +56,7 @@ TEST_F(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
 
 TEST_F(ScoreCommand, WithoutItsEndItIsScoredAndSaysSo) {
     const std::string text = read(recorded(folder));
-    write(folder / "x.gw", text.substr(0, text.find("state 30 ")));
+    write(folder / "x.gw", text.substr(0, text.find("state 30 ") + 12));  // killed as it wrote
     const auto result = run(folder, {"score", folder / "x.gw"});
     EXPECT_NE(result.code, 2) << result.error;
     test::expect_said(result.error, "has no end");

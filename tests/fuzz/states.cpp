@@ -382,7 +382,7 @@ StateCase random_case(std::uint32_t seed, int frames) {
     return made;
 }
 
-StateOutcome play(const StateCase& played) {
+StateOutcome play(const StateCase& played, const anatomy::ModelCache* kept) {
     StateOutcome outcome;
     std::optional<exercise::Simulation> simulation;
     script::CommandScript script;
@@ -390,7 +390,7 @@ StateOutcome play(const StateCase& played) {
         const scenario::Scenario scenario = scenario::parse_scenario(
             played.scenario, fmt::format("random{}.toml", played.seed), SELDINGER_SOURCE "/assets/devices");
         script = script::parse_commands(played.script, fmt::format("random{}.gw", played.seed));
-        simulation.emplace(scenario, cache());
+        simulation.emplace(scenario, kept ? *kept : cache());
     } catch (const io::InputError& error) {
         outcome.refused = error.what();
         if (outcome.refused.empty()) outcome.broken = "a refusal without a word";

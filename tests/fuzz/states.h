@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/anatomy/model_cache.h"
 #include "engine/exercise/simulation.h"
 
 namespace fuzz {
@@ -28,8 +29,8 @@ struct StateOutcome {
 /// all where no hand moved; the gradient is as small as the relaxer reports; no joint is beyond the wall by
 /// more than the vessel's radius, nor farther outside the triangles of the lumen than its wall reports. The
 /// state restored from the middle goes on to the same end. A scenario that is not accepted is a refusal;
-/// every exception after that passes through.
-StateOutcome play(const StateCase&);
+/// every exception after that passes through. Without a cache, vessels are kept for this process.
+StateOutcome play(const StateCase&, const anatomy::ModelCache* = nullptr);
 
 /// A hand at the speeds of the room's keys in a scenario that ships: it lets in what it likes at one of 15
 /// speeds, from a phase between two segments on, with or without a turn, by itself or along the push; then it

@@ -177,6 +177,16 @@ TEST_F(Files, LeftoversOfAProcessThatNobodyWaitedForAreRemoved) {
     EXPECT_TRUE(std::filesystem::exists(folder / fmt::format("a.png.{}.1.part", ::getpid())));
 }
 
+TEST(OwnFolder, SaysWhyAFolderWithinItCannotBeMade) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_symlink(folder / "nothing", folder / "frames");
+    OwnFolder own(folder.path());
+    EXPECT_EQ(test::refusal([&] { own.make("frames"); }),
+              (folder / "frames").string() +
+                  ": cannot be written: the output folder cannot be made: File "
+                  "exists; expected a folder that can be written");
+}
+
 TEST(OwnFolder, SecondOneIsRefusedWithTheProcessOfTheFirst) {
     const test::TemporaryFolder folder;
     {

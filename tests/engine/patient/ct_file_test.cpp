@@ -6,6 +6,7 @@
 #include <cstring>
 #include <nifti/nifti1.h>
 #include <random>
+#include <unistd.h>
 #include <zlib.h>
 
 #include "engine/io/wall.h"
@@ -442,6 +443,47 @@ TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     std::memcpy(text.data() + offsetof(nifti_1_header, dim) + 2, size, sizeof size);
     test::write(folder / "huge.nii", text);
     test::expect_said(refused(folder / "huge.nii"), "asks for 1000000000 bytes");
+}
+
+TEST_F(CtFile, OneSubfolderThatCannotBeReadNamesItself) {
+    const std::filesystem::path whole = folder / "whole";
+    test::write_dicom(whole / "a", small_ct());
+    std::filesystem::create_symlink("nothing", whole / "to_nothing");
+    std::filesystem::create_directory_symlink(whole, whole / "to_all");
+    expect_same(read_ct(whole), small_ct(), 1e-5);
+    std::filesystem::create_symlink("itself", whole / "a/itself");
+    const auto hashed = [&] { return test::refusal([&] { content_hash(whole); }); };
+    for (const std::string& said : {refused(whole), hashed()}) {
+        test::expect_said(said, "whole/a/itself: ");
+        test::expect_said(said, "Too many levels of symbolic links");
+    }
+    std::filesystem::remove(whole / "a/itself");
+    if (::geteuid() == 0) {  // whom nothing is closed to
+        std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
+        ASSERT_EQ(::seteuid(65534), 0);
+    }
+    std::filesystem::path closed = folder / "closed";
+    test::write_dicom(closed, small_ct());
+    std::filesystem::create_directory(closed / "locked");
+    std::filesystem::permissions(closed / "locked", std::filesystem::perms::none);
+    const std::string read = refused(closed), hash = test::refusal([&] { content_hash(closed); });
+    std::filesystem::permissions(closed / "locked", std::filesystem::perms::all);
+    if (::getuid() == 0) {
+        ASSERT_EQ(::seteuid(0), 0);
+    }
+    for (const std::string& said : {read, hash}) {
+        test::expect_said(said, "closed/locked: ");
+        test::expect_said(said, "Permission denied");
+    }
+}
+
+TEST_F(CtFile, AFolderOfTooManyFilesIsRefusedBeforeAnyIsOpened) {
+    std::filesystem::create_directory(folder / "many");
+    for (int k = 0; k <= 20'000; ++k) test::write(folder / fmt::format("many/{}.dcm", k), "");
+    const std::string hashed = test::refusal([&] { content_hash(folder / "many"); });
+    for (const std::string& said : {refused(folder / "many"), hashed})
+        test::expect_said(said,
+                          "many: more than 20000 files were found; expected the folder of one examination");
 }
 
 TEST_F(CtFile, DamagedFilesAreReadOrRefused) {

@@ -43,6 +43,36 @@ TEST(Recording, CanBeReplayedAfterEachFrame) {
     }
 }
 
+TEST(Recording, CutByAKillAtAnyByteItIsTheLinesThatAreWhole) {
+    const test::TemporaryFolder folder;
+    Recording recording(folder / "run.gw", {{"test 1", "small", "Ada", "", 1, 2, 3}, 2});
+    for (int frame = 0; frame < 4; ++frame)
+        recording.frame(
+            frame,
+            std::vector<Command>{Advance{1.25}, Inject{5, 2.5, "main"}, Rotate{0.5, DeviceRole::Catheter}},
+            [] { return 7ull; });
+    recording.comment({1, "slower"});
+    recording.close([] { return 7ull; });
+    const std::string text = io::read_text(folder / "run.gw", "recording", "");
+    const auto said = [](const CommandScript& script) {
+        std::string all = fmt::format("{} {} {} checks, {} comments, end {}\n", script.origin->program,
+                                      script.origin->scenario, script.checks.size(), script.comments.size(),
+                                      script.end.value_or(-1));
+        for (const TimedCommand& timed : script.commands)
+            all += fmt::format("{} {}\n", timed.frame, to_text(timed.command));
+        return all;
+    };
+    for (std::size_t cut = text.find('\n') + 1; cut + 1 < text.size(); ++cut) {
+        const std::string whole = text.substr(0, text.rfind('\n', cut - 1) + 1);
+        EXPECT_EQ(said(parse_commands(text.substr(0, cut), "x.gw")), said(parse_commands(whole, "x.gw")))
+            << cut;
+    }
+    // An editor may leave out the last line feed.
+    EXPECT_EQ(said(parse_commands(text.substr(0, text.size() - 1), "x.gw")),
+              said(parse_commands(text, "x.gw")));
+    EXPECT_EQ(parse_commands("0 beam on\n1 advance 2 mm", "script.gw").commands.size(), 2u);
+}
+
 TEST(Recording, OfTheFirstVersionIsRead) {
     const CommandScript script =
         parse_commands("# recorded by seldinger 0.1.0\n# scenario renal\n0 beam on\n5 end\n", "old.gw");

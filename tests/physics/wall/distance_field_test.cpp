@@ -566,6 +566,7 @@ TEST(DistanceField, RefusesAStreamThatIsDamagedCutShortOrOfAnotherLumen) {
     EXPECT_THROW(load(text, print + 1), std::runtime_error);
     for (std::size_t length : {0ul, 5ul, 27ul, 100ul, text.size() / 2, text.size() - 1})
         EXPECT_THROW(load(text.substr(0, length), print), std::runtime_error) << length;
+    EXPECT_THROW(load(text + "x", print), std::runtime_error);
     for (std::size_t at : {3ul, 10ul, 15ul, 24ul, 40ul, 70ul, text.size() / 2, text.size() - 1}) {
         std::string bad = text;
         bad[at] ^= 0x10;

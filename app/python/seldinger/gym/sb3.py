@@ -22,7 +22,8 @@ from .draws import whole
 __all__ = ["FromTheTip", "SeldingerVecEnv", "make_vec_env"]
 
 if TYPE_CHECKING:
-    _Base = _Wrapper = object
+    _Base = object
+    _Wrapper = object
 else:
     try:
         _Base = importlib.import_module("stable_baselines3.common.vec_env").VecEnv
