@@ -159,7 +159,6 @@ void limit_system_calls() {
                              "geteuid",
                              "getgid",
                              "getegid",
-                             "tgkill",
                              "rt_sigprocmask",
                              "rt_sigaction",
                              "rt_sigreturn",
@@ -177,8 +176,7 @@ void limit_system_calls() {
                              "exit_group",
                              "restart_syscall",
                              "sched_getaffinity",
-                             "fadvise64",
-                             "fcntl"}) {
+                             "fadvise64"}) {
         const int call = ::seccomp_syscall_resolve_name(name);
         if (call != __NR_SCMP_ERROR) ::seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0);
     }
@@ -191,6 +189,13 @@ void limit_system_calls() {
     ::seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(clone), 1,
                        SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread));
     ::seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0);
+    // abort() signals its own process.
+    ::seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1,
+                       SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(::getpid())));
+    // Not the owner of a descriptor, who is sent signals.
+    for (const int asked : {F_GETFD, F_SETFD, F_GETFL})
+        ::seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(fcntl), 1,
+                           SCMP_A1(SCMP_CMP_EQ, static_cast<scmp_datum_t>(asked)));
     // Limits are read, by whoever asks for a thread's stack.
     ::seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), 1, SCMP_A2(SCMP_CMP_EQ, 0));
 #ifdef SELDINGER_SANITIZED
@@ -249,6 +254,7 @@ void leave_all(int to_parent, int memory, pid_t parent, const WallLimits& limits
 }
 
 [[noreturn]] void child(const std::function<void(geometry::StateStream&, const Progress&)>& work) {
+    ++without;  // readers within readers are behind this wall already
     try {
         Handing handing;
         work(handing, [](double part, const char* what) {
@@ -323,7 +329,9 @@ struct Descriptor {
 
 }  // namespace
 
-NoChildMeanwhile::NoChildMeanwhile() : lock_(making_children()) {}
+NoChildMeanwhile::NoChildMeanwhile() {
+    if (has_wall()) lock_ = std::shared_lock(making_children());
+}
 
 WithoutWall::WithoutWall() {
     ++without;

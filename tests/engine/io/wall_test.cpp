@@ -15,6 +15,7 @@
 #include <string>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -156,6 +157,8 @@ TEST_F(Wall, AReaderMakesAndChangesNoFileNoProcessAndNoConnection) {
     EXPECT_EQ(error_of([] { return ::socket(AF_INET, SOCK_STREAM, 0); }), EPERM);
     EXPECT_EQ(error_of([] { return ::socket(AF_UNIX, SOCK_STREAM, 0); }), EPERM);
     EXPECT_EQ(error_of([] { return ::kill(::getppid(), SIGTERM); }), EPERM);
+    EXPECT_EQ(error_of([] { return ::syscall(SYS_tgkill, ::getppid(), ::getppid(), SIGTERM); }), EPERM);
+    EXPECT_EQ(error_of([] { return ::fcntl(3, F_SETOWN, ::getppid()); }), EPERM);
     EXPECT_EQ(error_of([] { return ::execl("/bin/true", "true", nullptr); }), EPERM);
     if (!sanitized) {
         EXPECT_EQ(error_of([] { return ::fork(); }), EPERM);
@@ -221,6 +224,22 @@ TEST_F(Wall, ProgressIsToldHereAndWhoThrowsInItEndsTheReader) {
                       }),
                  std::runtime_error);
     EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+}
+
+TEST_F(Wall, AReaderWithinAReaderNeedsNoOtherChild) {
+    const auto process = [] {
+        const NoChildMeanwhile here;
+        return read_behind_wall(
+            "b.stl", {}, [](const Progress&) { return ::getpid(); }, field);
+    };
+    const auto both = read_behind_wall(
+        "a.stl", {},
+        [&](const Progress&) {
+            return std::vector<int>{::getpid(), process()};
+        },
+        field);
+    EXPECT_EQ(both[0], both[1]);
+    EXPECT_NE(both[0], ::getpid());
 }
 
 TEST_F(Wall, ManyThreadsReadAtOnce) {
