@@ -259,7 +259,7 @@ PYBIND11_MODULE(_core, m) {
     closes(one);
     closes(several);
 
-    follow_the_end_of_python();
+    follow_python();
 
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);

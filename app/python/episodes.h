@@ -2,6 +2,7 @@
 /// Episodes that Python holds: one, whose states are objects, or many, whose states are one array.
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
@@ -139,24 +140,22 @@ public:
                               target.radius);
     }
     void close() {
-        const Free free;
-        const std::lock_guard lock(mutex_);
-        episodes_.clear();
-        forget();
+        alone([&] {
+            episodes_.clear();
+            forget();
+        });
     }
     bool closed() {
         require_made();
-        const auto lock = locked();
-        return episodes_.empty();
+        return alone([&] { return episodes_.empty(); });
     }
     const anatomy::ModelCache& cache() const { return cache_; }
 
-    /// Calls use(episode) of the i-th with the interpreter free and all of these locked.
+    /// Calls use(episode) of the i-th with the interpreter free and all of these locked. No object of Python
+    /// may be made or let go in it.
     template <class Use>
     std::invoke_result_t<const Use&, Episode&> with(int i, const Use& use) {
-        const Free free;
-        const std::lock_guard lock(mutex_);
-        return use(checked_at(i));
+        return alone([&] { return use(checked_at(i)); });
     }
     static std::unique_ptr<Episode> beside(const Episode& episode) {
         if (episode.exercise().monitor())
@@ -166,17 +165,35 @@ public:
     }
 
 protected:
-    /// To be called once, by the constructor in Python.
+    /// To be called once, with a Making.
     void made(std::vector<std::unique_ptr<Episode>> episodes, anatomy::ModelCache cache) {
-        const auto lock = locked();
-        require_unmade();
-        episodes_ = std::move(episodes);
-        n_ = static_cast<int>(episodes_.size());
-        cache_ = std::move(cache);
+        alone([&] {
+            episodes_ = std::move(episodes);
+            cache_ = std::move(cache);
+            n_ = static_cast<int>(episodes_.size());
+        });
     }
-    void require_unmade() const {
-        if (n_ > 0) throw io::InputError("__init__: expected one call, found a second one");
+    /// Calls use() with the interpreter free and all of these locked.
+    template <class Use>
+    std::invoke_result_t<const Use&> alone(const Use& use) {
+        const Free free;
+        const std::lock_guard lock(mutex_);
+        return use();
     }
+    /// To be held by the constructor in Python, of which two threads may call two at a time.
+    class Making {
+    public:
+        explicit Making(Episodes& of) : of_(of) {
+            if (of.n_ > 0 || of.making_.exchange(true))
+                throw io::InputError("__init__: expected one call, found a second one");
+        }
+        ~Making() { of_.making_ = false; }
+        Making(const Making&) = delete;
+        Making& operator=(const Making&) = delete;
+
+    private:
+        Episodes& of_;
+    };
     void require_made() const {
         if (n_ == 0)
             throw io::InputError(
@@ -190,16 +207,6 @@ protected:
         require_made();
         throw io::InputError(n_ == 1 ? "the simulation is closed; expected one that is open"
                                      : "the simulations are closed; expected open ones");
-    }
-    /// Locks this for work with Python's objects. A call in another thread is waited for with the interpreter
-    /// free, so that neither waits for the other; what is held is never held on the way back to it.
-    std::unique_lock<std::mutex> locked() {
-        std::unique_lock lock(mutex_, std::defer_lock);
-        while (!lock.try_lock()) {
-            const Free free;
-            const std::lock_guard wait(mutex_);
-        }
-        return lock;
     }
     Episode& at(int i) { return *episodes_[static_cast<std::size_t>(i)]; }
     Episode& checked_at(int i) {
@@ -218,7 +225,8 @@ protected:
             throw io::InputError("frames: {} was given; expected 1 to {}", frames, script::largest_frame);
     }
 
-    int n_ = 0;                                       // 0 = not made yet
+    std::atomic<int> n_ = 0;  // 0 = not made yet
+    std::atomic<bool> making_ = false;
     std::vector<std::unique_ptr<Episode>> episodes_;  // none when closed
     anatomy::ModelCache cache_;
     PanelOfSize panel_;
@@ -233,6 +241,7 @@ public:
     void open(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
               const Overrides& overrides, const std::string& images, const std::string& cache_folder,
               bool panel) {
+        const Making making(*this);
         exercise::Pictures pictures;
         if (images == "none")
             pictures = exercise::Pictures::None;
@@ -244,11 +253,7 @@ public:
             throw io::InputError("images: '" + images + "' was given; expected False, 'dose' or True");
         anatomy::ModelCache cache;
         cache.folder = cache_folder;
-        cache.progress = [](double, const char*) {
-            require_python();
-            const py::gil_scoped_acquire held;
-            check_signals();
-        };
+        cache.progress = [](double, const char*) { look_after_python(); };
         std::vector<std::unique_ptr<Episode>> episodes;
         {
             const Free free;
@@ -258,22 +263,20 @@ public:
     }
     /// Becomes another one like it, at its start.
     void open_like(Simulation& like) {
+        const Making making(*this);
         std::vector<std::unique_ptr<Episode>> episodes(1);
         like.with(0, [&](Episode& episode) { episodes[0] = beside(episode); });
         made(std::move(episodes), like.cache());
     }
 
     State state() {
-        const auto lock = locked();
-        return state_of(checked_at(0));
+        return state_of(with(0, [](const Episode& episode) { return read(episode); }));
     }
     State step(double advance, double rotate, const py::object& device, double catheter_advance,
                double catheter_rotate, int frames) {
         require_frames(frames);
-        const script::DeviceRole held = [&] {
-            const auto lock = locked();
-            return held_of(device, checked_at(0).simulation());
-        }();
+        const script::DeviceRole held =
+            held_of(device, with(0, [](const Episode& episode) { return roles_of(episode.simulation()); }));
         checked(advance, largest_motion, "advance_mm", "mm");
         checked(rotate, largest_rotation, "rotate_deg", "deg");
         checked(catheter_advance, largest_motion, "catheter_advance_mm", "mm");
@@ -303,13 +306,14 @@ public:
             with(0, [&](Episode& episode) { return episode.image(size_of(episode, pixels), as, seed); }));
     }
     py::dict masks(const std::optional<int>& pixels) {
-        const episode::Camera::Masks made =
-            with(0, [&](Episode& episode) { return episode.masks(size_of(episode, pixels)); });
+        Roles roles;
+        const episode::Camera::Masks made = with(0, [&](Episode& episode) {
+            roles = roles_of(episode.simulation());
+            return episode.masks(size_of(episode, pixels));
+        });
         py::dict masks;
-        const auto lock = locked();
-        const auto devices = checked_at(0).simulation().devices();
         for (std::size_t k = 0; k < made.devices.size(); ++k)
-            masks[std::string(devices[k].name()).c_str()] = array_of(made.devices[k]);
+            masks[std::string(script::name_of(roles[k])).c_str()] = array_of(made.devices[k]);
         masks["vessels"] = array_of(made.vessels);
         if (made.extravasation) masks["extravasation"] = array_of(*made.extravasation);
         return masks;
@@ -332,8 +336,8 @@ public:
     }
 
     py::dict anatomy() {
-        const auto lock = locked();
-        const anatomy::Anatomy& anatomy = checked_at(0).simulation().anatomy();
+        const anatomy::Anatomy anatomy =
+            with(0, [](const Episode& episode) { return episode.simulation().anatomy(); });
         py::dict made;
         made["name"] = anatomy.name;
         py::list branches, ends, targets;
@@ -361,9 +365,8 @@ public:
         return made;
     }
     py::dict about() {
-        const auto lock = locked();
-        const exercise::Simulation& simulation = checked_at(0).simulation();
-        const scenario::Scenario& s = simulation.scenario();
+        const scenario::Scenario s =
+            with(0, [](const Episode& episode) { return episode.simulation().scenario(); });
         py::dict made;
         made["name"] = s.name;
         made["title"] = s.title;
@@ -394,8 +397,7 @@ private:
         return pixels.value_or(episode.simulation().scenario().c_arm.pixels);
     }
     render::CArm arm_of(const std::optional<int>& pixels) {
-        const auto lock = locked();
-        return checked_at(0).arm(size_of(checked_at(0), pixels));
+        return with(0, [&](const Episode& episode) { return episode.arm(size_of(episode, pixels)); });
     }
 };
 
@@ -427,6 +429,7 @@ public:
     VectorSimulation() = default;
 
     void open(Simulation& like, int n, int threads, int points, double spacing) {
+        const Making making(*this);
         checked_count("n", n, 100'000);
         checked_count("threads", threads, 256);
         checked_count("points", points, 1000);
@@ -439,7 +442,6 @@ public:
             });
             check_signals();
         }
-        require_unmade();
         pool_.emplace(threads);
         cameras_ = std::vector<Cameras>(static_cast<std::size_t>(threads));
         points_ = points;
@@ -467,11 +469,12 @@ public:
         require_made();
         return pool_->threads();
     }
-    py::dict arrays() const {
+    py::dict arrays() {
         require_made();
         py::dict all;
+        const int n = n_, devices = alone([&] { return most_devices(); });
         const auto of_each = [&](const py::object& column) {
-            return py::object(column[py::make_tuple(py::slice(0, n_, 1), py::slice(0, most_devices(), 1))]);
+            return py::object(column[py::make_tuple(py::slice(0, n, 1), py::slice(0, devices, 1))]);
         };
         for (const exercise::Field& field : exercise::fields())
             if (const std::string name(field.name); !name.empty()) {
@@ -490,8 +493,9 @@ public:
 
     void step(const Doubles& motions, int frames, const py::object& active) {
         require_open();
+        const int most = alone([&] { return most_devices(); });
         if (motions.ndim() != 3 || motions.shape(0) != size() || motions.shape(1) < 1 ||
-            motions.shape(1) > most_devices() || motions.shape(2) != 2)
+            motions.shape(1) > most || motions.shape(2) != 2)
             throw io::InputError(refused_shape(motions));
         require_frames(frames);
         const std::optional<Flags> mask = checked_mask(active, "active");
@@ -502,18 +506,18 @@ public:
             checked(data[k], k % 2 == 0 ? largest_motion : largest_rotation * geometry::degree, "motions",
                     k % 2 == 0 ? "mm" : "rad");
         if (of > 1) {
-            const Free free;
-            const std::lock_guard lock(mutex_);
-            for (int i = 0; i < size(); ++i) {
-                const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
-                const auto there = static_cast<int>(checked_at(i).simulation().devices().size());
-                if ((on && !on[i]) || there >= of) continue;
-                if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
-                throw io::InputError(
-                    "simulation {}: expected motions of its devices alone, or 0, found one of device {}; the "
-                    "scenario has {}",
-                    i, there, devices_of(checked_at(i).simulation()));
-            }
+            alone([&] {
+                for (int i = 0; i < size(); ++i) {
+                    const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
+                    const auto there = static_cast<int>(checked_at(i).simulation().devices().size());
+                    if ((on && !on[i]) || there >= of) continue;
+                    if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
+                    throw io::InputError(
+                        "simulation {}: expected motions of its devices alone, or 0, found one of device {}; "
+                        "the scenario has {}",
+                        i, there, devices_of(roles_of(checked_at(i).simulation())));
+                }
+            });
         }
         for (int frame = 0; frame < frames; ++frame) {
             in_parallel([&](int i, int) {
@@ -544,7 +548,8 @@ public:
         require_open();
         checked_count("points", points, 1000);
         checked_spacing(spacing);
-        py::array_t<double> places({n_, points, 3}), pixels({n_, points, 2});
+        const int n = n_;
+        py::array_t<double> places({n, points, 3}), pixels({n, points, 2});
         const Tracks to{places.mutable_data(), pixels.mutable_data()};
         in_parts(many, [&](int i, int) {
             const Episode& episode = at(i);
@@ -634,12 +639,15 @@ public:
         std::uint8_t* const to_vessels = vessels.mutable_data();
         std::array<std::uint8_t*, script::most_devices> to_device = {};  // by role
         py::dict all;
+        std::array<bool, script::most_devices> there = {};
+        alone([&] {
+            for (const auto& episode : episodes_)
+                for (const script::DeviceRole role : roles_of(episode->simulation()))
+                    there[static_cast<std::size_t>(role)] = true;
+        });
         for (int k = 0; k < script::most_devices; ++k) {
             const auto role = static_cast<script::DeviceRole>(k);
-            if (std::none_of(episodes_.begin(), episodes_.end(), [role](const auto& episode) {
-                    return episode->simulation().scenario().index_of(role).has_value();
-                }))
-                continue;
+            if (!there[static_cast<std::size_t>(k)]) continue;
             py::array_t<std::uint8_t> mask = zeros();
             to_device[static_cast<std::size_t>(k)] = mask.mutable_data();
             all[std::string(script::name_of(role)).c_str()] = mask;
@@ -652,9 +660,12 @@ public:
                 std::copy(mask.pixels.begin(), mask.pixels.end(), all_of + mask.pixels.size() * i);
             };
             put(to_vessels, masks.vessels);
-            for (std::size_t k = 0; k < masks.devices.size(); ++k)
-                put(to_device[static_cast<std::size_t>(at(i).simulation().devices()[k].role)],
-                    masks.devices[k]);
+            for (std::size_t k = 0; k < masks.devices.size(); ++k) {
+                std::uint8_t* const to =
+                    to_device[static_cast<std::size_t>(at(i).simulation().devices()[k].role)];
+                if (!to) throw io::InputError("masks: expected no assignment by another thread meanwhile");
+                put(to, masks.devices[k]);
+            }
         });
         return all;
     }
@@ -666,23 +677,21 @@ private:
         for (py::ssize_t k = 0; k < motions.ndim(); ++k)
             found += (k == 0 ? "" : ", ") + std::to_string(motions.shape(k));
         if (motions.ndim() == 1) found += ",";
-        const Free free;
-        const std::lock_guard lock(mutex_);
-        const int most = most_devices();
-        const auto with_most = std::find_if(episodes_.begin(), episodes_.end(), [&](const auto& episode) {
-            return static_cast<int>(episode->simulation().devices().size()) == most;
-        });
+        const Roles most = alone([&] { return most_roles(); });
         return fmt::format(
             "motions: expected an array of shape ({}, {}{}, 2), mm and rad of each device, found ({}); the "
             "devices are {}",
-            size(), most == 1 ? "" : "1 to ", most, found, devices_of((*with_most)->simulation()));
+            size(), most.size() == 1 ? "" : "1 to ", most.size(), found, devices_of(most));
     }
-    /// Devices of the simulation that has most.
-    int most_devices() const {
-        std::size_t most = 1;
-        for (const auto& episode : episodes_) most = std::max(most, episode->simulation().devices().size());
-        return static_cast<int>(most);
+    /// The devices of the simulation that has most.
+    Roles most_roles() {
+        Roles most = {script::DeviceRole::Wire};
+        for (const auto& episode : episodes_)
+            if (Roles roles = roles_of(episode->simulation()); roles.size() > most.size())
+                most = std::move(roles);
+        return most;
     }
+    int most_devices() { return static_cast<int>(most_roles().size()); }
     /// Between two of these Ctrl-C is asked for: simulations whose state is touched, images of each thread.
     static constexpr int many = 1000, few = 8;
 
@@ -710,10 +719,10 @@ private:
     /// Calls work(index, thread) for each in [first, end). One call at a time, with the interpreter free.
     template <class Work>
     void in_parallel(int first, int end, const Work& work) {
-        const Free free;
-        const std::lock_guard lock(mutex_);
-        if (episodes_.empty()) throw_closed();
-        pool_->run(end - first, [&](int i, int thread) { work(first + i, thread); });
+        alone([&] {
+            if (episodes_.empty()) throw_closed();
+            pool_->run(end - first, [&](int i, int thread) { work(first + i, thread); });
+        });
     }
     template <class Work>
     void in_parallel(const Work& work) {

@@ -2,92 +2,163 @@
 
 #include <condition_variable>
 #include <mutex>
-#include <new>
 #include <pybind11/pybind11.h>
 #include <thread>
 #include <unistd.h>
 
+#include "engine/io/error.h"
+
 namespace app {
 namespace {
 
-/// Who is at work without the interpreter, and whether Python ends.
-class Ending {
+/// Whether this thread has a Free.
+thread_local bool within = false;
+
+/// Who is at work without the interpreter, whether Python ends, and who forks.
+class Work {
 public:
-    static Ending& get() {
-        static auto* const one = new Ending;  // outlives all threads
-        return *one;
-    }
-    /// To be called with the interpreter locked, by the thread that ends Python.
+    static Work& get() { return *current(); }
+
+    /// To be called without the interpreter. A thread that is not to go on stops here for ever.
     void begin() {
-        PyThreadState* const saved = PyEval_SaveThread();
-        {
-            std::unique_lock lock(mutex_);
-            begun_ = true;
-            by_ = std::this_thread::get_id();
-            done_.wait(lock, [&] { return busy_ == 0; });
-        }
-        PyEval_RestoreThread(saved);
-    }
-    bool for_this_thread() {
-        const std::lock_guard lock(mutex_);
-        return begun_ && by_ != std::this_thread::get_id();
-    }
-    void leave_python() {
-        const std::lock_guard lock(mutex_);
-        ++busy_;
-    }
-    /// Does not return once Python ends.
-    void before_return() {
         std::unique_lock lock(mutex_);
-        if (!begun_ || by_ == std::this_thread::get_id()) return;
-        --busy_;
-        done_.notify_all();
-        lock.unlock();
-        for (;;) pause();
+        changed_.wait(lock, [&] { return !forking_ || by_us(forker_); });
+        if (ends_ && !by_us(ender_)) stop(lock);
+        ++busy_;
+        ++working_;
+    }
+    /// The same, when no lock of the engine is held any more; returned() follows with the interpreter.
+    void end() {
+        std::unique_lock lock(mutex_);
+        --working_;
+        changed_.notify_all();
+        if (ends_ && !by_us(ender_)) {
+            --busy_;
+            stop(lock);
+        }
     }
     void returned() {
         const std::lock_guard lock(mutex_);
         --busy_;
-        done_.notify_all();
+        changed_.notify_all();
     }
-    /// In a process that was forked, which has none of the other threads.
-    void forget() {
-        new (&mutex_) std::mutex;
-        new (&done_) std::condition_variable;
-        busy_ = 0;
+
+    /// With the interpreter, by the thread that ends Python.
+    void python_ends() {
+        PyThreadState* const saved = PyEval_SaveThread();
+        {
+            std::unique_lock lock(mutex_);
+            ends_ = true;
+            ender_ = std::this_thread::get_id();
+            changed_.wait(lock, [&] { return busy_ == 0; });
+        }
+        PyEval_RestoreThread(saved);
+    }
+    bool ends_for_this_thread() {
+        const std::lock_guard lock(mutex_);
+        return ends_ && !by_us(ender_);
+    }
+
+    /// With the interpreter, by the thread that forks. One that is at work itself, in a signal's handler,
+    /// waits for nobody: another may wait for it.
+    void before_fork() {
+        if (within) return;
+        PyThreadState* const saved = PyEval_SaveThread();
+        {
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [&] { return !forking_; });
+            forking_ = true;
+            forker_ = std::this_thread::get_id();
+            changed_.wait(lock, [&] { return working_ == 0; });
+        }
+        PyEval_RestoreThread(saved);
+    }
+    void forked_in_parent() {
+        if (within) return;
+        const std::lock_guard lock(mutex_);
+        forking_ = false;
+        changed_.notify_all();
+    }
+    /// The child has none of the other threads, so their count, and what waits for them, is left behind.
+    static void forked_in_child() {
+        const Work& old = *current();
+        auto* const now = new Work;
+        now->ends_ = old.ends_;
+        now->ender_ = old.ender_;
+        now->busy_ = now->working_ = within ? 1 : 0;
+        now->torn_ = within && old.working_ > 1;
+        current() = now;
+    }
+    /// Whether other threads' locks may be closed for ever in this process.
+    bool torn() {
+        const std::lock_guard lock(mutex_);
+        return torn_;
     }
 
 private:
+    static Work*& current() {
+        static Work* one = new Work;  // outlives all threads
+        return one;
+    }
+    static bool by_us(std::thread::id thread) { return thread == std::this_thread::get_id(); }
+    [[noreturn]] void stop(std::unique_lock<std::mutex>& lock) {
+        changed_.notify_all();
+        lock.unlock();
+        for (;;) pause();
+    }
+
     std::mutex mutex_;
-    std::condition_variable done_;
-    int busy_ = 0;  // threads at work without the interpreter, or on their way back to it
-    bool begun_ = false;
-    std::thread::id by_;
+    std::condition_variable changed_;
+    int working_ = 0;  // threads with a Free
+    int busy_ = 0;     // these, and those on their way back to the interpreter
+    bool ends_ = false, forking_ = false, torn_ = false;
+    std::thread::id ender_, forker_;
 };
+
+void require_whole() {
+    if (Work::get().torn())
+        throw io::InputError(
+            "this process was forked by a signal's handler while other threads were at work, whose locks "
+            "stay "
+            "closed in it; expected a process that was started anew ('spawn' in Python)");
+}
 
 }  // namespace
 
 Free::Free() {
-    Ending::get().leave_python();
+    if (within)
+        throw io::InputError(
+            "a signal's handler or a finaliser called the simulator while its thread was at work in it; "
+            "expected "
+            "calls after that call has ended");
+    require_whole();
     state_ = PyEval_SaveThread();
-    if (Ending::get().for_this_thread()) Ending::get().before_return();  // begins nothing more
+    Work::get().begin();
+    within = true;
 }
 
 Free::~Free() {
-    Ending::get().before_return();
+    within = false;
+    Work::get().end();
     PyEval_RestoreThread(static_cast<PyThreadState*>(state_));
-    Ending::get().returned();
+    Work::get().returned();
 }
 
-void require_python() {
-    if (Ending::get().for_this_thread()) throw PythonEnds();
+void look_after_python() {
+    if (Work::get().ends_for_this_thread()) throw PythonEnds();
+    const pybind11::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
+    require_whole();
 }
 
-void follow_the_end_of_python() {
+void follow_python() {
     namespace py = pybind11;
-    py::module_::import("atexit").attr("register")(py::cpp_function([] { Ending::get().begin(); }));
-    py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =
-                                                           py::cpp_function([] { Ending::get().forget(); }));
+    const auto call = [](auto function) { return py::cpp_function(function); };
+    py::module_::import("atexit").attr("register")(call([] { Work::get().python_ends(); }));
+    py::module_::import("os").attr("register_at_fork")(
+        py::arg("before") = call([] { Work::get().before_fork(); }),
+        py::arg("after_in_parent") = call([] { Work::get().forked_in_parent(); }),
+        py::arg("after_in_child") = call([] { Work::forked_in_child(); }));
 }
 
 }  // namespace app

@@ -78,22 +78,42 @@ inline py::array_t<std::uint8_t> array_of(const render::ColourImage& image) {
     return a;
 }
 
+/// The devices that a scenario has, innermost first.
+using Roles = std::vector<script::DeviceRole>;
+inline Roles roles_of(const exercise::Simulation& simulation) {
+    Roles roles;
+    for (const scenario::PlacedDevice& placed : simulation.devices()) roles.push_back(placed.role);
+    return roles;
+}
+
 struct State {
     Observation reading;
     std::string branch;
     std::uint64_t hash = 0;
-    std::vector<script::DeviceRole> roles;   // of its devices, innermost first
+    Roles roles;
     std::vector<py::array_t<double>> lists;  // as list_fields()
 };
 
-inline State state_of(const Episode& episode) {
+/// What a State is made from, without objects of Python.
+struct Read {
+    Observation reading;
+    std::string branch;
+    std::uint64_t hash = 0;
+    Roles roles;
+    std::vector<std::vector<double>> lists;
+};
+inline Read read(const Episode& episode) {
     const exercise::Simulation& simulation = episode.simulation();
-    State s{episode.reading(), {}, episode.hash(), {}, {}};
-    for (const scenario::PlacedDevice& placed : simulation.devices()) s.roles.push_back(placed.role);
+    Read s{episode.reading(), {}, episode.hash(), roles_of(simulation), {}};
     s.branch = name_of(s.reading.branch, simulation.anatomy());
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
-    for (const episode::ListField& field : episode::list_fields())
-        s.lists.push_back(array_of(field.of(episode, arm), field.columns));
+    for (const episode::ListField& field : episode::list_fields()) s.lists.push_back(field.of(episode, arm));
+    return s;
+}
+inline State state_of(Read&& read) {
+    State s{read.reading, std::move(read.branch), read.hash, std::move(read.roles), {}};
+    for (std::size_t k = 0; k < read.lists.size(); ++k)
+        s.lists.push_back(array_of(read.lists[k], episode::list_fields()[k].columns));
     return s;
 }
 
@@ -159,30 +179,29 @@ inline std::string described(const std::string& type, std::string_view doc, std:
     return type + ": " + std::string(doc) + (unit.empty() ? "" : " [" + std::string(unit) + "]") + ".";
 }
 
-/// The devices that a scenario has, as "'wire' (0) and 'catheter' (1)".
-inline std::string devices_of(const exercise::Simulation& simulation) {
-    const auto devices = simulation.devices();
+/// As "'wire' (0) and 'catheter' (1)".
+inline std::string devices_of(const Roles& devices) {
     std::string text;
     for (std::size_t k = 0; k < devices.size(); ++k) {
         if (k > 0) text += k + 1 < devices.size() ? ", " : " and ";
-        text += "'" + std::string(devices[k].name()) + "' (" + std::to_string(k) + ")";
+        text += "'" + std::string(script::name_of(devices[k])) + "' (" + std::to_string(k) + ")";
     }
     return text;
 }
 
 /// A device by name, or by its place in the scenario's list.
-inline script::DeviceRole held_of(const py::object& device, const exercise::Simulation& simulation) {
+inline script::DeviceRole held_of(const py::object& device, const Roles& devices) {
     if (py::isinstance<py::str>(device)) {
         if (const auto held = script::role_named(device.cast<std::string>())) return *held;
     } else if (PyIndex_Check(device.ptr()) != 0) {  // whole numbers of Python and of NumPy
         const Py_ssize_t index = PyNumber_AsSsize_t(device.ptr(), nullptr);  // a huge one becomes the largest
         PyErr_Clear();
-        if (index >= 0 && index < static_cast<Py_ssize_t>(simulation.devices().size()))
-            return simulation.devices()[static_cast<std::size_t>(index)].role;
+        if (index >= 0 && index < static_cast<Py_ssize_t>(devices.size()))
+            return devices[static_cast<std::size_t>(index)];
     }
     throw io::InputError(
         "device: expected the name or the place of a device, or 'all', found {}; the scenario has {}",
-        std::string(py::repr(device)), devices_of(simulation));
+        std::string(py::repr(device)), devices_of(devices));
 }
 
 inline episode::ImageMode mode_of(const std::string& mode) {

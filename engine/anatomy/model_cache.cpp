@@ -160,6 +160,11 @@ void CachePlace::failed(const std::string& why) const {
 
 bool CachePlace::keep_file(std::string_view bytes) const {
     if (path_.empty()) return false;
+    // The folder may be gone since, or could not be made.
+    if (const std::string obstacle = obstacle_in(cache_.folder); !obstacle.empty()) {
+        failed(obstacle);
+        return false;
+    }
     clear_for_file(path_);
     try {
         io::write_whole(path_, bytes, name_.starts_with(ct_names) ? io::Readers::Owner : io::Readers::Usual);

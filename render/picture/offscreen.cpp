@@ -1,5 +1,7 @@
 #include "render/picture/offscreen.h"
 
+#include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -27,6 +29,19 @@ void refuse_if_forked() {
             "rasteriser's threads are not there; start the process anew ('spawn' in Python)");
 }
 
+/// To be called when a context was made. At the end of a process that was forked since, the rasteriser would
+/// wait for ever for its threads, so such a process ends before the rasteriser is asked.
+void end_forks_early() {
+    static const int once = on_exit(
+        [](int status, void*) {
+            if (!forked()) return;
+            std::fflush(nullptr);
+            _exit(status);
+        },
+        nullptr);
+    static_cast<void>(once);
+}
+
 }  // namespace
 
 OffscreenContext::OffscreenContext() : state_(nullptr) {
@@ -39,6 +54,7 @@ OffscreenContext::OffscreenContext() : state_(nullptr) {
                                  " gives no OpenGL 3.3 core context in software: are these installed and "
                                  "whole: " +
                                  gl_source::package + "?");
+    end_forks_early();
     state_ = new State{context};
 }
 

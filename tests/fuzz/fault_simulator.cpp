@@ -153,7 +153,7 @@ private:
     /// Throws std::logic_error for a sentence without a path of the world and a reason.
     void require_reason(const std::string& said) const {
         for (const int reason :
-             {ENOSPC, EACCES, EIO, EMFILE, EROFS, EDQUOT, EFBIG, EBUSY, ENOLCK, EINTR, ENOTSUP})
+             {ENOSPC, EACCES, EIO, EMFILE, EROFS, EDQUOT, EFBIG, EBUSY, ENOLCK, EINTR, ENOTSUP, EISDIR})
             if (said.find(std::strerror(reason)) != std::string::npos &&
                 said.find(folder_.string()) != std::string::npos)
                 return;
