@@ -16,6 +16,7 @@
 #include <new>
 #include <semaphore.h>
 #include <string_view>
+#include <sys/auxv.h>
 #include <system_error>
 #include <thread>
 #include <unistd.h>
@@ -65,6 +66,14 @@ void end_when_asked() {
     std::_Exit(128 + SIGPIPE);  // where the signal is blocked
 }
 
+/// What a system's refusal that no other place has put into words says.
+std::string of_system(const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again)
+        return "expected to start another thread, found no room for it within the limits of memory and "
+               "processes (ulimit -v, -u)";
+    return error.what();
+}
+
 /// Reports what the action throws, and an output that could not be written.
 int guarded(const CLI::App& parser, const std::function<int()>& action) {
     std::string wrong;
@@ -81,6 +90,8 @@ int guarded(const CLI::App& parser, const std::function<int()>& action) {
         wrong = "expected more memory, or a smaller mesh, image or scenario";
     } catch (const std::filesystem::filesystem_error& error) {
         wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
+    } catch (const std::system_error& error) {
+        wrong = of_system(error);
     } catch (const std::runtime_error& error) {
         wrong = error.what();
     } catch (const std::exception& error) {
@@ -100,7 +111,12 @@ void catch_signals() {
             // Standard output stays one that cannot be written to.
             static_cast<void>(::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR));
     ::sem_init(&signal_came, 0, 0);
-    std::thread(end_when_asked).detach();
+    try {
+        std::thread(end_when_asked).detach();
+    } catch (const std::system_error& error) {
+        tell("seldinger: {}\n", of_system(error));
+        std::_Exit(bad_input);
+    }
     for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction action {};
@@ -130,6 +146,7 @@ int run_action(CLI::App& parser, int count, char** values, const std::function<i
 void write_out(const std::string& text) {
     if (std::fputs(text.c_str(), stdout) != EOF && std::ferror(stdout) == 0) return;
     if (errno == EPIPE) end_without_reader();
+    if (errno == EINTR && stop_requested()) throw Interrupted();
     throw std::system_error(errno, std::generic_category(), "standard output");
 }
 
@@ -328,6 +345,11 @@ std::filesystem::path program_file() {
             begin <= here && here < end)
             return line.substr(static_cast<std::size_t>(path));
     }
+    // Where /proc is not mounted, the name that the system was given.
+    const auto* const name = reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
+    std::error_code failed;
+    const std::filesystem::path path = name ? std::filesystem::canonical(name, failed) : "";
+    if (name && !failed) return path;
     throw io::InputError("/proc/self/maps: expected /proc to be mounted, found no entry of this program");
 }
 

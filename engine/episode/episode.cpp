@@ -262,30 +262,31 @@ void Episode::check(std::span<const script::Command> commands, const render::CAr
 }
 
 void Episode::ask(const script::Command& command) {
+    if (asked_.size() == most_asked)
+        throw io::InputError("'{}': expected at most {} commands before a step, found one more",
+                             script::to_text(command), most_asked);
     // Each is checked once, from where those before it leave the C-arm.
-    if (!asked_arm_) {
-        asked_arm_ = simulation().console().arm();
-        for (const script::Command& before : asked_) follow(*asked_arm_, before);
-    }
-    check({&command, 1}, *asked_arm_);
+    check({&command, 1}, console().arm());
     asked_.push_back(command);
-    follow(*asked_arm_, command);
+    follow(command);
 }
 
-void Episode::follow(render::CArm& arm, const script::Command& command) const {
-    if (std::holds_alternative<script::Reset>(command)) arm = simulation().console().arm();
-    if (const auto* move = std::get_if<script::MoveArm>(&command)) arm = script::moved(arm, *move);
+const exercise::Console& Episode::console() const {
+    return asked_console_ ? *asked_console_ : simulation().console();
+}
+
+void Episode::follow(const script::Command& command) {
+    if (!asked_console_) asked_console_ = simulation().console();
+    exercise::Console& console = *asked_console_;
+    if (std::holds_alternative<script::Reset>(command)) console = simulation().console();
+    if (const auto* move = std::get_if<script::MoveArm>(&command)) console.apply(*move);
+    if (const auto* table = std::get_if<script::MoveTable>(&command)) console.apply(*table);
+    if (const auto* field = std::get_if<script::Collimate>(&command)) console.apply(*field);
+    if (const auto* filter = std::get_if<script::SetFilter>(&command)) console.apply(*filter);
 }
 
 render::CArm Episode::arm(int pixels) const {
-    exercise::Console console = simulation().console();
-    for (const script::Command& command : asked_) {
-        if (const auto* move = std::get_if<script::MoveArm>(&command)) console.apply(*move);
-        if (const auto* table = std::get_if<script::MoveTable>(&command)) console.apply(*table);
-        if (const auto* field = std::get_if<script::Collimate>(&command)) console.apply(*field);
-        if (const auto* filter = std::get_if<script::SetFilter>(&command)) console.apply(*filter);
-    }
-    render::CArm arm = console.arm();
+    render::CArm arm = console().arm();
     arm.pixels = pixels;
     return arm;
 }
@@ -317,7 +318,7 @@ void Episode::step(std::span<const script::Command> given) {
         if (const auto* exchange = std::get_if<script::Exchange>(&command))
             read_.push_back(exercise::file_of_wire(exchange->device, simulation().scenario()));
     asked_.clear();
-    asked_arm_.reset();
+    asked_console_.reset();
     hash_.reset();
     log_.add(std::move(commands), log_.states_next() ? hash() : 0);
 }
@@ -349,10 +350,7 @@ void Episode::show_tip(double margin) {
             seen_with(moved + Eigen::Vector2d::UnitY()) - at;
         moved += slope.completeOrthogonalDecomposition().solve(wanted - at);
     }
-    geometry::Vec3 table = simulation().console().table();
-    for (const script::Command& command : asked_)
-        if (const auto* move = std::get_if<script::MoveTable>(&command)) table = move->place;
-    table += geometry::Vec3(moved.x(), 0, moved.y());
+    const geometry::Vec3 table = console().table() + geometry::Vec3(moved.x(), 0, moved.y());
     ask(script::MoveTable{table.cwiseMax(-script::table_reach).cwiseMin(script::table_reach)});
 }
 
@@ -378,7 +376,8 @@ void Episode::restore(const Snapshot& snapshot) {
     exercise_.restore(snapshot.exercise);
     log_ = snapshot.log;
     asked_ = snapshot.asked;
-    asked_arm_.reset();
+    asked_console_.reset();
+    for (const script::Command& command : asked_) follow(command);
     if (room_) {
         room_.emplace();
         if (!snapshot.room.empty()) geometry::restore_state(*room_, snapshot.room);

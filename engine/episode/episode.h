@@ -129,7 +129,8 @@ public:
     Episode& operator=(const Episode&) = delete;
 
     /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept
-    /// after those asked for before, which stay.
+    /// after those asked for before, which stay, and for more of them than `most_asked`.
+    static constexpr std::size_t most_asked = 100'000;
     void ask(const script::Command&);
     /// The C-arm as it is, with what was asked for of it, for images `pixels` squared.
     render::CArm arm(int pixels) const;
@@ -189,7 +190,8 @@ public:
 
 private:
     void check(std::span<const script::Command>, const render::CArm& start) const;
-    void follow(render::CArm&, const script::Command&) const;
+    const exercise::Console& console() const;  // as it is after what was asked for
+    void follow(const script::Command&);
     Camera& camera();
 
     exercise::Exercise exercise_;
@@ -199,9 +201,9 @@ private:
     std::shared_ptr<const Snapshot> start_;
     std::unique_ptr<Camera> camera_;
     std::optional<exercise::RoomReadout> room_;
-    std::vector<std::filesystem::path> read_;  // files of wires that exchanges have read
-    std::vector<script::Command> asked_;       // for the next frame
-    std::optional<render::CArm> asked_arm_;    // the C-arm after these; empty = not known yet
+    std::vector<std::filesystem::path> read_;         // files of wires that exchanges have read
+    std::vector<script::Command> asked_;              // for the next frame
+    std::optional<exercise::Console> asked_console_;  // after these; empty = the exercise's own
     Log log_;
     mutable std::optional<std::uint64_t> hash_;  // of the state as it is
 };

@@ -3,8 +3,10 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <fmt/format.h>
 #include <mutex>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <unistd.h>
 
@@ -35,6 +37,14 @@ struct Pool::State {
     int failed = -1;  // lowest index that threw
     std::exception_ptr error;
 
+    void stop() {
+        {
+            const std::lock_guard lock(mutex);
+            stops = true;
+        }
+        begun.notify_all();
+        for (std::thread& thread : threads) thread.join();
+    }
     /// Whether this is a process that was forked since: it has none of the threads.
     bool forked() const { return getpid() != process; }
 
@@ -68,8 +78,17 @@ struct Pool::State {
 
 Pool::Pool(int threads) : state_(std::make_unique<State>()) {
     if (threads < 1) throw std::invalid_argument("a pool has one thread or more");
-    for (int thread = 1; thread < threads; ++thread)
-        state_->threads.emplace_back([state = state_.get(), thread] { state->serve(thread); });
+    try {
+        for (int thread = 1; thread < threads; ++thread)
+            state_->threads.emplace_back([state = state_.get(), thread] { state->serve(thread); });
+    } catch (const std::system_error&) {
+        const int started = this->threads();
+        state_->stop();
+        throw std::runtime_error(
+            fmt::format("expected {} threads, found no room for more than {} within the limits of memory and "
+                        "processes (ulimit -v, -u)",
+                        threads, started));
+    }
 }
 
 Pool::~Pool() {
@@ -78,12 +97,7 @@ Pool::~Pool() {
         static_cast<void>(state_.release());
         return;
     }
-    {
-        const std::lock_guard lock(state_->mutex);
-        state_->stops = true;
-    }
-    state_->begun.notify_all();
-    for (std::thread& thread : state_->threads) thread.join();
+    state_->stop();
 }
 
 int Pool::threads() const {

@@ -6,6 +6,7 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -40,7 +41,12 @@ void parallel_for(Index count, int threads, const Work& work,
     {
         std::vector<std::jthread> others;
         const Index blocks = (count + block - 1) / block;
-        for (int t = 1; t < threads && static_cast<Index>(t) < blocks; ++t) others.emplace_back(run, false);
+        try {
+            for (int t = 1; t < threads && static_cast<Index>(t) < blocks; ++t)
+                others.emplace_back(run, false);
+        } catch (const std::system_error&) {
+            // The system gives no more of them: those there are do the work.
+        }
         run(true);
     }
     if (failure) std::rethrow_exception(failure);

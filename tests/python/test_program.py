@@ -4,7 +4,10 @@ import json
 import os
 import resource
 import shutil
+import signal
 import subprocess
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -241,3 +244,29 @@ def test_bake_names_what_is_wrong(program, tmp_path, arguments, says):
     result = subprocess.run([program, "bake", *arguments, "--cache", tmp_path], capture_output=True, text=True)
     assert result.returncode == 2 and says in result.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_serve_waits_for_a_reader_who_is_slow_and_ends_at_a_signal_meanwhile(program, cache):
+    serve = subprocess.Popen([program, "serve", "straight", "--cache", str(cache)], stdin=subprocess.PIPE,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    asked = [0]
+
+    def ask():
+        try:
+            while True:
+                serve.stdin.write(b"state\n" * 100)
+                serve.stdin.flush()
+                asked[0] += 100
+        except (BrokenPipeError, ValueError):
+            pass
+
+    threading.Thread(target=ask, daemon=True).start()
+    assert serve.stdout.readline().startswith(b"{")
+    before = -1
+    while asked[0] != before:  # until both pipes are full
+        before = asked[0]
+        time.sleep(0.3)
+    assert asked[0] < 100_000
+    serve.send_signal(signal.SIGTERM)
+    assert serve.wait(60) == 130
+    assert serve.stderr.read() == b""
