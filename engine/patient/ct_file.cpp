@@ -167,7 +167,8 @@ std::vector<fs::path> inputs_of(const PatientFiles& files) {
 
 namespace {
 
-void add_files_below(const fs::path& folder, std::vector<fs::path>& files) {
+void add_files_below(const fs::path& folder, std::vector<fs::path>& files,
+                     std::vector<fs::path>& links_to_nothing) {
     constexpr std::size_t most = 20'000;
     std::error_code failed;
     const auto require = [&failed](const fs::path& path) {
@@ -177,23 +178,29 @@ void add_files_below(const fs::path& folder, std::vector<fs::path>& files) {
     require(folder);
     for (const fs::directory_iterator end; entries != end; entries.increment(failed), require(folder)) {
         const fs::file_status found = entries->status(failed);
-        if (failed == std::errc::no_such_file_or_directory) continue;  // a link to nothing
+        if (failed == std::errc::no_such_file_or_directory) {
+            links_to_nothing.push_back(entries->path());
+            continue;
+        }
         require(entries->path());
         std::error_code ignored;
         if (fs::is_regular_file(found)) files.push_back(entries->path());
         if (files.size() > most)
             refuse_ct(folder, fmt::format("more than {} files were found", most),
                       "expected the folder of one examination");
-        if (fs::is_directory(found) && !entries->is_symlink(ignored)) add_files_below(entries->path(), files);
+        if (fs::is_directory(found) && !entries->is_symlink(ignored))
+            add_files_below(entries->path(), files, links_to_nothing);
     }
 }
 
 }  // namespace
 
-std::vector<fs::path> files_below(const fs::path& folder) {
-    std::vector<fs::path> files;
-    add_files_below(folder, files);
+std::vector<fs::path> files_below(const fs::path& folder, std::vector<fs::path>* links_to_nothing) {
+    std::vector<fs::path> files, links;
+    add_files_below(folder, files, links);
     std::ranges::sort(files);
+    std::ranges::sort(links);
+    if (links_to_nothing) *links_to_nothing = std::move(links);
     return files;
 }
 

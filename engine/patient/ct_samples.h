@@ -41,9 +41,11 @@ void on_all_processors(Index count, Index block, const Work& work) {
     geometry::parallel_for(count, static_cast<int>(threads), work, {}, block);
 }
 
-/// All regular files in a folder and those within it, in order; folders behind links are left out. Throws
-/// InputError, which names what cannot be read, and for more than 20 000, before any is opened.
-std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder);
+/// All regular files in a folder and those within it, in order; folders behind links are left out, and links
+/// to nothing, which are listed on request. Throws InputError, which names what cannot be read, and for more
+/// than 20 000, before any is opened.
+std::vector<std::filesystem::path> files_below(
+    const std::filesystem::path& folder, std::vector<std::filesystem::path>* links_to_nothing = nullptr);
 
 /// "PATH: FOUND; ACCEPTED" as an InputError.
 [[noreturn]] void refuse_ct(const std::filesystem::path&, const std::string& found,

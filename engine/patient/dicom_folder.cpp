@@ -217,9 +217,9 @@ void read_all(const Series& series, CtImage& ct, const Progress& progress) {
 }  // namespace
 
 CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Progress& progress) {
-    std::vector<fs::path> files;
+    std::vector<fs::path> files, links_to_nothing;
     int empty = 0;
-    for (fs::path& file : files_below(folder)) {
+    for (fs::path& file : files_below(folder, &links_to_nothing)) {
         std::error_code failed;
         empty += fs::file_size(file, failed) == 0;
         if (is_dicom_file(file) && file.filename() != "DICOMDIR") files.push_back(std::move(file));
@@ -240,6 +240,11 @@ CtImage read_dicom(const fs::path& folder, const std::string& wanted, const Prog
         ct.notes.push_back(fmt::format("{} in the folder {} empty: slices may be missing at an end",
                                        empty == 1 ? "a file" : fmt::format("{} files", empty),
                                        empty == 1 ? "is" : "are"));
+    if (const std::size_t links = links_to_nothing.size(); links > 0)
+        ct.notes.push_back(fmt::format("{} of the folder {} to nothing, {}: slices may be missing at an end",
+                                       links == 1 ? "a link" : fmt::format("{} links", links),
+                                       links == 1 ? "leads" : "lead",
+                                       links_to_nothing.front().lexically_relative(folder).string()));
     if (const int copies = sort_slices(series); copies > 0)
         ct.notes.push_back(fmt::format("{} {} left out: copies of other files", copies,
                                        copies == 1 ? "slice was" : "slices were"));
