@@ -95,9 +95,9 @@ const std::map<std::string, Names> third_party = {
     {"pybind11", {"app/python", "app/python/episodes.h", "app/python/values.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
-const Names posix = {"fcntl.h",     "semaphore.h",    "spawn.h",      "sys/file.h", "pthread.h",
-                     "sys/mman.h",  "sys/random.h",   "sys/stat.h",   "sys/wait.h", "unistd.h",
-                     "sys/prctl.h", "sys/resource.h", "sys/syscall.h"};
+const Names posix = {"fcntl.h",     "semaphore.h",    "spawn.h",       "sys/file.h", "pthread.h",
+                     "sys/mman.h",  "sys/random.h",   "sys/stat.h",    "sys/wait.h", "unistd.h",
+                     "sys/prctl.h", "sys/resource.h", "sys/syscall.h", "sys/auxv.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));
