@@ -82,6 +82,26 @@ TEST_F(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
     write(folder / "other.toml", toml);
     expect_refused(run(folder, {"replay", file, "--scenario", folder / "other.toml"}),
                    "recorded in the scenario");
+    // The same scenario, whose file of vessels has changed.
+    const auto grow = [&](const std::string& radius) {
+        write(folder / "tree.toml", "schema = 1\n[[branch]]\nname = \"v\"\npoints_mm = [[0, 0, 0, " + radius +
+                                        "], [0, 0, 80, " + radius + "]]\n");
+    };
+    const std::string own = folder / "own.toml", grown = folder / "grown/run.gw";
+    write(own,
+          "schema = 1\ntitle = \"own\"\n[anatomy]\ntree = \"tree.toml\"\n[entry]\nend = \"v.in\"\n"
+          "inserted_mm = 40.0\n[target]\ncentre_mm = [0, 0, 60]\n");
+    write(folder / "own.gw", "0 beam on\n1 advance 2 mm\n3 end\n");
+    grow("3");
+    EXPECT_LE(run(folder, {"run", own, "--commands", folder / "own.gw", "--frames", "none", "--out",
+                           folder / "grown"})
+                  .code,
+              1);
+    EXPECT_EQ(run(folder, {"replay", grown, "--scenario", own}).code, 0);
+    grow("4");
+    for (const char* command : {"replay", "score"})
+        expect_refused(run(folder, {command, grown, "--scenario", own}),
+                       "the anatomy has changed since it was recorded");
 }
 
 TEST_F(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {

@@ -129,13 +129,21 @@ TEST(Anatomy, HashKnowsEveryPart) {
     EXPECT_NE(hash_with([](Anatomy& a) { std::swap(a.lumen.triangles[0][0], a.lumen.triangles[0][1]); }),
               same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].name = "b"; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].parent = 0; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].parent_sample = 0; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].points[1].z() = 2; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].radii[1] = 2; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.name = "e"; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.centre = {1, 0, 0}; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.outward_normal = {0.6, 0, 0.8}; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.radius = 3; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.targets[0].name = "u"; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets[0].centre.x() = 1; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets.clear(); }), same);
     const std::uint64_t calcified = hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {1}}}; });
     EXPECT_NE(calcified, same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {2}}}; }), calcified);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 1}}, {1}}}; }), calcified);
 }
 
 TEST(Anatomy, MissingFileAndThePlaceInBrokenJsonAreNamed) {

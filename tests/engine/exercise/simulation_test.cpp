@@ -265,6 +265,38 @@ TEST(Simulation, SameCommandsReachTheSameState) {
     EXPECT_NE(a.state_hash(), b.state_hash());
 }
 
+TEST(Simulation, EveryCommandChangesTheStatesHash) {
+    using namespace script;
+    const Simulation fresh(test::small_scenario());
+    const std::uint64_t hash = fresh.state_hash();
+    const Command commands[] = {Advance{1e-3},
+                                Withdraw{1e-3},
+                                Rotate{1e-6},
+                                Grip{120, DeviceRole::Wire},
+                                Contrast{1},
+                                Inject{1, 1, "tube", 320},
+                                Beam{true},
+                                SetMode{ImagingMode::Dsa},
+                                SetPulseRate{fresh.console().pulse_rate() == 7.5 ? 3.75 : 7.5},
+                                NewMask{},
+                                StoreReference{},
+                                ShiftMask{ShiftMask::Mode::By, 1, 0},
+                                MoveArm{1e-6, {}, {}, {}, {}, {}},
+                                MoveArm{{}, 1e-6, {}, {}, {}, {}},
+                                MoveTable{{1e-6, 0, 0}},
+                                Collimate{100, 100},
+                                SetFilter{FilterKind::Wedge, {10, 0}},
+                                Breathe{true},
+                                Complicate{ComplicationKind::Spasm, "tube", 40, 10, 50},
+                                Complicate{ComplicationKind::Breath, "", 0, 0, 0, BreathManner::Cough}};
+    for (const Command& command : commands) {
+        Simulation changed(fresh);
+        EXPECT_EQ(changed.state_hash(), hash);
+        changed.apply(command);
+        EXPECT_NE(changed.state_hash(), hash) << to_text(command);
+    }
+}
+
 TEST(Simulation, ResetEqualsAFreshLoad) {
     Simulation used(test::small_scenario()), fresh(test::small_scenario());
     const std::uint64_t at_start = used.state_hash();

@@ -414,6 +414,8 @@ TEST(Contrast, HasTheSameBitsAgainAndOnSeveralThreads) {
         EXPECT_EQ(once.starts, other.starts);
         EXPECT_EQ(once.nodes, other.nodes);
         EXPECT_EQ(once.lengths, other.lengths);
+        EXPECT_EQ(once.offsets, other.offsets);
+        EXPECT_EQ(once.reaches, other.reaches);
     }
 }
 
