@@ -54,12 +54,12 @@ class Mutant:
     id: str
     line: int
     row: str = ""
-    file: str = ""
+    files: list = dataclasses.field(default_factory=list)
     manual: str = ""
     as_text: bool = False
     seconds: float = 0
     tests: list = dataclasses.field(default_factory=list)
-    changes: list = dataclasses.field(default_factory=list)  # old and new text
+    changes: list = dataclasses.field(default_factory=list)  # file, old and new text
 
     def wrong(self, what):
         return Wrong(f"{LIST}:{self.line}: [{self.id}]: {what}")
@@ -81,7 +81,7 @@ def read_list():
             if kind == "row":
                 at.row = rest
             elif kind == "file":
-                at.file = rest
+                at.files.append(rest)
             elif kind == "test":
                 at.tests.append(rest)
             elif kind == "seconds":
@@ -90,13 +90,13 @@ def read_list():
                 at.manual = rest
             elif kind == "as" and rest == "text":
                 at.as_text = True
-            elif kind == "-":
+            elif kind == "-" and at.files:
                 if before == "-":
-                    at.changes[-1][0] += "\n" + rest
+                    at.changes[-1][1] += "\n" + rest
                 else:
-                    at.changes.append([rest, ""])
+                    at.changes.append([at.files[-1], rest, ""])
             elif kind == "+" and at.changes:
-                at.changes[-1][1] += ("\n" if before == "+" else "") + rest
+                at.changes[-1][2] += ("\n" if before == "+" else "") + rest
             else:
                 raise Wrong(f"{LIST}:{number}: '{line}' was found; expected row, file, test, -, +, seconds, as text or manual")
         before = kind
@@ -104,24 +104,24 @@ def read_list():
     for mutant in mutants:
         if ids.count(mutant.id) > 1:
             raise mutant.wrong("the name is there twice")
-        if not (mutant.row and mutant.file and mutant.tests and mutant.changes):
+        if not (mutant.row and mutant.files and mutant.tests and mutant.changes):
             raise mutant.wrong("expected a row, a file, a test and a change")
-        for _, new in mutant.changes:
+        for *_, new in mutant.changes:
             if "BROKEN" not in new and not (mutant.as_text or mutant.manual):
                 raise mutant.wrong("expected BROKEN in the new text")
     return mutants
 
 
-def switch(mutant):
-    if mutant.file.endswith(".py"):
+def switch(mutant, file):
+    if file.endswith(".py"):
         return f'(__import__("os").environ.get("SELDINGER_MUTANT") == "{mutant.id}")'
     return f'::mutant::broken("{mutant.id}")'
 
 
-def find(mutant, text, old):
+def find(mutant, file, text, old):
     count = text.count(old)
     if count != 1:
-        raise mutant.wrong(f"{mutant.file} has the old text {count} times, expected once:\n{old}")
+        raise mutant.wrong(f"{file} has the old text {count} times, expected once:\n{old}")
     return text.index(old)
 
 
@@ -129,19 +129,19 @@ def changed_files(mutants):
     """The text of each file with all its mutants in it."""
     by_file = {}
     for mutant in mutants:
-        by_file.setdefault(mutant.file, []).append(mutant)
+        for file, old, new in mutant.changes:
+            by_file.setdefault(file, []).append((mutant, old, new))
     files = {}
-    for file, all_of_file in by_file.items():
+    for file, changes in by_file.items():
         path = SOURCE / file
         if not path.is_file():
-            raise all_of_file[0].wrong(f"{file}: no such file")
+            raise changes[0][0].wrong(f"{file}: no such file")
         text = path.read_text()
         places = []
-        for mutant in all_of_file:
-            for old, new in mutant.changes:
-                at = find(mutant, text, old)
-                if not (mutant.as_text or mutant.manual):
-                    places.append((at, at + len(old), new.replace("BROKEN", switch(mutant)), mutant))
+        for mutant, old, new in changes:
+            at = find(mutant, file, text, old)
+            if not (mutant.as_text or mutant.manual):
+                places.append((at, at + len(old), new.replace("BROKEN", switch(mutant, file)), mutant))
         if not places:
             continue
         places.sort(key=lambda place: place[0])
@@ -367,21 +367,20 @@ def main(words):
             return mutant, False, "its tests do not pass without it"
         cache = caches / mutant.id
         copied(SEED, cache)
-        path, before = TREE / mutant.file, None
-        if mutant.as_text:
-            before = path.read_text(), path.stat()
-            text = before[0]
-            for old, new in mutant.changes:
-                at = find(mutant, text, old)
-                text = text[:at] + new + text[at + len(old):]
-            path.write_text(text)
+        before = {}
+        for file, old, new in mutant.changes if mutant.as_text else []:
+            path = TREE / file
+            text = path.read_text()
+            before.setdefault(path, (text, path.stat()))
+            at = find(mutant, file, text, old)
+            path.write_text(text[:at] + new + text[at + len(old):])
         try:
             failed, how, said = run(own, programs, mutant, cache,
                                     mutant.seconds or 60 + 8 * max(took[test] for test in own))
         finally:
-            if before:
-                path.write_text(before[0])
-                os.utime(path, ns=(before[1].st_atime_ns, before[1].st_mtime_ns))
+            for path, (text, state) in before.items():
+                path.write_text(text)
+                os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
             shutil.rmtree(cache, ignore_errors=True)
         caught = bool(failed) or (bool(how) and how != "not run")
         (HOME / "said").mkdir(exist_ok=True)

@@ -52,28 +52,31 @@ std::vector<Promise> promises() {
 
 /// An entry of tests/mutants.txt.
 struct Mutant {
-    std::string name, row, file;
-    std::vector<std::string> tests, old_texts, new_texts;
+    std::string name, row;
+    std::vector<std::string> tests, files, old_texts, new_texts;  // a file for each old text
 };
 std::vector<Mutant> mutants() {
     std::vector<Mutant> all;
     std::istringstream text(read(source / "tests/mutants.txt"));
     char before = 0;
+    std::string file;
     for (std::string line; std::getline(text, line);) {
         const auto rest = [&line](std::string_view key) { return line.substr(key.size()); };
         const char kind = line.empty() ? 0 : line[0];
         if (kind == '[') {
             all.push_back({line, {}, {}, {}, {}, {}});
+            file.clear();
         } else if (kind == '-' || kind == '+') {
             std::vector<std::string>& texts = kind == '-' ? all.back().old_texts : all.back().new_texts;
             if (before == kind)
                 texts.back() += "\n" + line.substr(std::min<std::size_t>(2, line.size()));
             else
-                texts.push_back(rest("- "));
+                texts.push_back(line.substr(std::min<std::size_t>(2, line.size())));
+            all.back().files.resize(all.back().old_texts.size(), file);
         } else if (line.starts_with("row ")) {
             all.back().row = rest("row ");
         } else if (line.starts_with("file ")) {
-            all.back().file = rest("file ");
+            file = rest("file ");
         } else if (line.starts_with("test ")) {
             all.back().tests.push_back(rest("test "));
         }
@@ -116,14 +119,15 @@ TEST(Guarantees, EachHasAMutantThatFitsTheSource) {
         EXPECT_FALSE(mutant.tests.empty());
         EXPECT_FALSE(mutant.old_texts.empty());
         EXPECT_EQ(mutant.old_texts.size(), mutant.new_texts.size());
-        const auto [known, is_new] = texts.try_emplace(mutant.file);
-        if (is_new) known->second = read(source / mutant.file);
-        const std::string& text = known->second;
-        for (const std::string& old : mutant.old_texts) {
+        for (std::size_t k = 0; k < mutant.old_texts.size(); ++k) {
+            const std::string &file = mutant.files[k], &old = mutant.old_texts[k];
+            const auto [known, is_new] = texts.try_emplace(file);
+            if (is_new) known->second = read(source / file);
+            const std::string& text = known->second;
             const std::size_t at = text.find(old);
-            EXPECT_NE(at, std::string::npos) << mutant.file << " has no longer:\n" << old;
+            EXPECT_NE(at, std::string::npos) << file << " has no longer:\n" << old;
             EXPECT_EQ(text.find(old, std::min(at, text.size() - 1) + 1), std::string::npos)
-                << mutant.file << " has more than once:\n"
+                << file << " has more than once:\n"
                 << old;
         }
     }

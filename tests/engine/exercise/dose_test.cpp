@@ -49,6 +49,12 @@ TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
     }
     EXPECT_GT(*metered.score().air_kerma, 0);
     const Score last = metered.score();
+    for (std::size_t mode = 0; mode < last.dose->by_mode.size(); ++mode) {
+        const DosePart &one = pictured.score().dose->by_mode[mode], &other = last.dose->by_mode[mode];
+        EXPECT_EQ(one.pulses, other.pulses) << mode;
+        EXPECT_EQ(one.air_kerma, other.air_kerma) << mode;
+        EXPECT_EQ(one.area_product, other.area_product) << mode;
+    }
     double kerma = 0, product = 0;
     int pulses = 0;
     for (const DosePart& part : last.dose->by_mode) {
