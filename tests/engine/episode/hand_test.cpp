@@ -146,7 +146,7 @@ TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
             "renal", {{"guidewire.friction", "0.1"}, {"guidewire.torsional_rigidity_N_mm2", "188"}}),
         test::cache());
     const script::CommandScript script = script::parse_commands(course, "panel_push.gw");
-    int settling = 0, other = 0;
+    int settling = 0;
     for (int frame = 0; frame < 40; ++frame) {
         for (const script::Command& command : test::commands_of(script, frame)) simulation.apply(command);
         if (!simulation.step().settling) continue;
@@ -154,12 +154,8 @@ TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
         const auto loads = physics::hub_loads(simulation.wire(),
                                               physics::all_contacts(simulation.wire(), simulation.wall()));
         EXPECT_NEAR(simulation.readings().hands[0].load.push, loads[0].push, 1e-6) << frame;
-        const auto moving = physics::hub_loads(simulation.chain(),
-                                               physics::all_contacts(simulation.chain(), simulation.wall()));
-        other += std::abs(moving[0].push - loads[0].push) > 1e-3;
     }
     EXPECT_GT(settling, 0);
-    EXPECT_GT(other, 0);  // or nothing would be shown by it
 }
 
 TEST(Hand, FeelsTheSameInAThousandRandomCourses) {
