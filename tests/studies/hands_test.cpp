@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "engine/io/files.h"
 #include "physics/wire/energy.h"
@@ -56,6 +57,28 @@ TEST(StateFuzz, HandsThatOnceGotStuckGoOnWithinEveryFramesBudget) {
         }
         EXPECT_LE(longest, found.longest_settling) << found.scenario;
         EXPECT_GE(deepest - fed, found.brought_back) << found.scenario;
+    }
+}
+
+/// Hands far faster than keys, and the least budget, with which frames end on the way to rest.
+TEST(StateFuzz, NoFrameTakesMoreUpdatesThanItsBudget) {
+    constexpr int least = 16;  // for each segment
+    for (const char* name : {"crossover", "coronary_lad", "renal"}) {
+        scenario::Scenario scenario = test::shipped_scenario(name);
+        const int segments = exercise::Simulation(scenario, test::cache()).wire().segments();
+        scenario.budget.updates = least * (segments + 50);
+        exercise::Simulation simulation(scenario, test::cache());
+        std::mt19937 random(7);
+        int settling = 0;
+        for (int frame = 0; frame < 60; ++frame) {
+            simulation.apply(script::Advance{1e-8 * static_cast<double>(random() % 1'000'000'000)});
+            simulation.apply(script::Rotate{1e-8 * static_cast<double>(random() % 400'000'000) - 2});
+            const exercise::StepReport report = simulation.step();
+            settling += report.settling;
+            if (least * simulation.wire().segments() > scenario.budget.updates) break;
+            ASSERT_LE(report.relax.updates, scenario.budget.updates) << name << ", frame " << frame;
+        }
+        EXPECT_GT(settling, 0) << name;  // or the budget limits nothing
     }
 }
 
