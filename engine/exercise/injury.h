@@ -82,10 +82,10 @@ public:
     void clear() { *this = Injuries(); }
     void state(geometry::StateStream& s) {
         s.unless_empty(all_);
-        if (all_.empty())
-            open_ = false;
-        else
+        if (!all_.empty())
             s(open_, pressed_at_);
+        else if (open_)  // is restored; others may read the same state meanwhile, where there was none
+            open_ = false;
     }
 
 private:

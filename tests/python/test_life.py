@@ -150,7 +150,7 @@ for _ in range(4):
 def test_python_ends_while_daemon_threads_work(cache, what):
     for _ in range(20):
         ended = run(DAEMON, what, str(cache))
-        assert (ended.returncode, ended.stderr) == (0, "")
+        assert (ended.stderr, ended.returncode) == ("", 0)
 
 
 def test_what_is_freed_while_python_ends_is_freed(cache):
@@ -166,7 +166,7 @@ class Last:
         print("freed")
 kept = Last()
 """, str(cache))
-    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "freed\n", "")
+    assert (ended.stderr, ended.stdout, ended.returncode) == ("", "freed\n", 0)
 
 
 # What a thread of the parent, a forked child, a signal's handler and a finaliser do, by name.
@@ -232,7 +232,7 @@ for name in names + ["leave"]:
 def test_a_forked_process_can_do_all_but_images_while_threads_of_its_parent_are_at_work(cache, what):
     loop = "try:\n            calls[what]()\n        except refused: pass" if what == "wrong" else "calls[what]()"
     ended = run(FORKS.replace("calls[what]()", loop), str(cache), what)
-    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (ended.stderr, ended.returncode) == ("", 0)
     codes = {name: int(code) for name, code in (line.split() for line in ended.stdout.splitlines())}
     assert len(codes) > 25
     # An image of what has not moved since the last one needs no rasteriser.
@@ -309,7 +309,7 @@ def test_handlers_of_signals_in_the_middle_of_a_thousand_calls_get_results_or_er
     all_of = dict.fromkeys(("done", "refused", "raised", "forked"), 0)
     for seed in (random.randrange(10**6) for _ in range(10)):
         ended = run(HANDLERS, str(cache), str(seed), "100")
-        assert (ended.returncode, ended.stderr) == (0, ""), f"seed {seed}"
+        assert (ended.stderr, ended.returncode) == ("", 0), f"seed {seed}"
         for what, count in json.loads(ended.stdout).items():
             all_of[what] += count
     assert min(all_of.values()) > 5, all_of
@@ -340,7 +340,7 @@ for name in names:
 gc.collect()
 print(kept["run"])
 """, str(cache))
-    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (ended.stderr, ended.returncode) == ("", 0)
     assert int(ended.stdout) > 250
 
 
@@ -361,7 +361,7 @@ for kind, arguments in ((sd.Simulation, ("s_bend",)), (sd.VectorSimulation, ("s_
         assert len(told) == 2 and all("expected one call" in text for text in told), told
         thing.close()
 """, str(cache))
-    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (ended.stderr, ended.returncode) == ("", 0)
 
 
 def test_a_thread_that_closes_what_others_use_leaves_them_errors(cache):
@@ -383,4 +383,4 @@ for _ in range(60):
     one.close(); many.close()
     for thread in threads: thread.join()
 """, str(cache))
-    assert (ended.returncode, ended.stderr) == (0, "")
+    assert (ended.stderr, ended.returncode) == ("", 0)
