@@ -97,7 +97,7 @@ const std::map<std::string, Names> third_party = {
 const Names with_fmt = {"engine", "app"};  // folders
 const Names posix = {"fcntl.h",     "semaphore.h",    "spawn.h",       "sys/file.h", "pthread.h",
                      "sys/mman.h",  "sys/random.h",   "sys/stat.h",    "sys/wait.h", "unistd.h",
-                     "sys/prctl.h", "sys/resource.h", "sys/syscall.h", "sys/auxv.h"};
+                     "sys/prctl.h", "sys/resource.h", "sys/syscall.h", "sys/auxv.h", "malloc.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));
