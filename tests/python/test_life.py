@@ -148,7 +148,7 @@ for _ in range(4):
 
 @pytest.mark.parametrize("what", ["step", "image", "vec", "new", "state", "frames", "env", "mixed"])
 def test_python_ends_while_daemon_threads_work(cache, what):
-    for _ in range(20):
+    for _ in range(8):
         ended = run(DAEMON, what, str(cache))
         assert (ended.stderr, ended.returncode) == ("", 0)
 
