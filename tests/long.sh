@@ -27,6 +27,9 @@ watch() {
     local code=0
     wait "$process" || code=$?
     [ "$code" -le 1 ] || { cat "$folder/error" >&2; exit 2; }
+    local made
+    made=$(sed -n 's/.*: \([0-9]*\) frames.*/\1/p' "$folder/out")
+    [ "${made:-0}" -ge "$count" ] || { printf 'long: expected %d frames, found %s\n' "$count" "${made:-none}" >&2; exit 2; }
     awk -v name="$name" -v count="$count" -v limit="$limit" '
         { size[NR] = $1 }
         END {
@@ -48,13 +51,14 @@ script() {
 script "$frames" >"$folder/frames.gw"
 script "$images" >"$folder/images.gw"
 watch "run without images" "$frames" 8 "$program" run straight --commands "$folder/frames.gw" --out "$folder/frames" --frames none \
-    --cache "$folder/cache"
+    --set time_limit_s=100000 --cache "$folder/cache"
 watch "run with images" "$images" 8 "$program" run straight --commands "$folder/images.gw" --out "$folder/images" --every 1000000 \
-    --set c_arm.pixels=128 --cache "$folder/cache"
+    --set c_arm.pixels=128 --set time_limit_s=100000 --cache "$folder/cache"
 PYTHONPATH=$PWD/build/python watch "two environments of Python" "$frames" 8 /usr/bin/python3 -c "
 import sys, numpy as np, seldinger.gym as gym
 env = gym.make_vec('seldinger/Renal-v1', 2, cache=sys.argv[1])
 env.reset(seed=1)
 for k in range(int(sys.argv[2]) // 2):
     env.step(env.action_space.sample())
+print('two environments:', 2 * (k + 1), 'frames')
 " "$folder/cache" "$frames"
