@@ -48,9 +48,9 @@ TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
         ASSERT_EQ(*a.area_product, *b.area_product) << "seed " << seed << ", frame " << frame;
     }
     EXPECT_GT(*metered.score().air_kerma, 0);
-    const Score last = metered.score();
+    const Score last = metered.score(), with_images = pictured.score();
     for (std::size_t mode = 0; mode < last.dose->by_mode.size(); ++mode) {
-        const DosePart &one = pictured.score().dose->by_mode[mode], &other = last.dose->by_mode[mode];
+        const DosePart &one = with_images.dose->by_mode[mode], &other = last.dose->by_mode[mode];
         EXPECT_EQ(one.pulses, other.pulses) << mode;
         EXPECT_EQ(one.air_kerma, other.air_kerma) << mode;
         EXPECT_EQ(one.area_product, other.area_product) << mode;
