@@ -67,11 +67,15 @@ std::string obstacle_in(const fs::path& folder) {
 }
 
 /// Removes what is no regular file from the place of one: writing to it could wait for ever, or end
-/// elsewhere.
-void clear_for_file(const fs::path& path) {
+/// elsewhere. Why it may still be there; empty where it is not.
+std::string clear_for_file(const fs::path& path) {
     std::error_code failed;
     const fs::file_status found = fs::symlink_status(path, failed);
-    if (fs::exists(found) && !fs::is_regular_file(found)) fs::remove_all(path, failed);
+    if (fs::is_regular_file(found) || found.type() == fs::file_type::not_found) return {};
+    if (fs::status_known(found)) fs::remove_all(path, failed);
+    return failed ? fmt::format("{}: what is in its place cannot be removed: {}", path.string(),
+                                failed.message())
+                  : std::string();
 }
 
 /// Removes locks that processes which have ended left behind.
@@ -161,11 +165,12 @@ void CachePlace::failed(const std::string& why) const {
 bool CachePlace::keep_file(std::string_view bytes) const {
     if (path_.empty()) return false;
     // The folder may be gone since, or could not be made.
-    if (const std::string obstacle = obstacle_in(cache_.folder); !obstacle.empty()) {
+    std::string obstacle = obstacle_in(cache_.folder);
+    if (obstacle.empty()) obstacle = clear_for_file(path_);
+    if (!obstacle.empty()) {
         failed(obstacle);
         return false;
     }
-    clear_for_file(path_);
     try {
         io::write_whole(path_, bytes, name_.starts_with(ct_names) ? io::Readers::Owner : io::Readers::Usual);
     } catch (const io::InputError& error) {

@@ -360,7 +360,8 @@ private:
             if (!is_unfinished(name)) names.push_back(name);
         if (names.empty()) return;
         const fs::path file = cache / dice_.of(names);
-        std::string bytes = bytes_of(file);
+        // What an earlier damage left may be no file, and could be waited for.
+        std::string bytes = fs::is_regular_file(fs::symlink_status(file)) ? bytes_of(file) : std::string();
         const auto write = [&] {
             fs::remove_all(file);
             std::ofstream(file, std::ios::binary) << bytes;
