@@ -11,7 +11,8 @@ case $kind in
 addresses) preset=sanitize library=libasan.so ;;
 threads)
     preset=threads library=libtsan.so
-    # The sanitizer of threads ends a forked process whose new threads get the numbers of its parent's.
+    # The sanitizer of threads ends a forked process whose new threads get the numbers of its parent's ("dup thread with used id"),
+    # always in this test, now and then in those that fork in test_life.py.
     set -- "$@" --deselect tests/python/test_threads.py::test_a_forked_process_steps_and_is_told_that_it_cannot_make_images
     ;;
 *)

@@ -156,16 +156,14 @@ for pid in "${pids[@]}"; do
     [ $? -le 1 ] || fail "a command beside others: $(cat "$shared"/*.txt)"
 done
 if [ -n "$room" ]; then
-    for ((k = 0; k < 300; ++k)); do [ ! -s "$shared/room.gw" ] || break; sleep 0.1; done
-    sleep 1
+    sleep 3
     kill -TERM "$room"
     wait "$room"
     status=$?
     [ $status = 130 ] || [ $status -le 1 ] || fail "the room beside others ended with $status: $(cat "$shared/room.txt")"
     kill "$screen"
-    "$program" replay "$shared/room.gw" --scenario "$work/in/kills.toml" --cache "$shared/cache" >"$work/said" 2>&1 ||
-        fail "the room's recording: $(cat "$work/said")"
-    echo "kills: the room beside them: $(grep -c . "$shared/room.gw") lines of recording"
+    # Nobody has begun the attempt, so that there is nothing to record.
+    [ ! -e "$shared/room.gw" ] || fail "the room has recorded an attempt that nobody began"
 fi
 [ -z "$(left_over "$shared")" ] || fail "side by side left $(left_over "$shared" | tr '\n' ' ')"
 [ "$(ls "$shared/cache" | grep -c '^anatomy-')" = 2 ] || fail "side by side: $(ls "$shared/cache" | tr '\n' ' ')"
