@@ -119,8 +119,7 @@ void require_whole() {
     if (Work::get().torn())
         throw io::InputError(
             "this process was forked by a signal's handler while other threads were at work, whose locks "
-            "stay "
-            "closed in it; expected a process that was started anew ('spawn' in Python)");
+            "stay closed in it; expected a process that was started anew ('spawn' in Python)");
 }
 
 }  // namespace
@@ -129,8 +128,7 @@ Free::Free() {
     if (within)
         throw io::InputError(
             "a signal's handler or a finaliser called the simulator while its thread was at work in it; "
-            "expected "
-            "calls after that call has ended");
+            "expected calls after that call has ended");
     require_whole();
     state_ = PyEval_SaveThread();
     Work::get().begin();

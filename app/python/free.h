@@ -4,15 +4,16 @@
 namespace app {
 
 /// Lets other threads of Python run while it exists. The engine's locks are taken within one alone, in which
-/// no object of Python is made or let go, so:
-/// - A finaliser or a signal's handler that runs in the middle of it, where a thread took the interpreter
-/// back
-///   to tell its progress, gets an InputError in place of a lock that its own thread holds.
-/// - A process is forked when all other threads have left theirs, so that it finds every lock open.
-/// - When Python begins to end, it waits until what is under way is done. Threads other than the one that
-/// ends
-///   Python then stop for ever before they take the interpreter back: it would end them in the middle of C++,
-///   which ends the program. So nothing else may be held when this ends.
+/// no object of Python is made or let go. So:
+///
+/// A finaliser or a signal's handler that runs in the middle of it, where a thread took the interpreter back
+/// to tell its progress, gets an InputError in place of a lock that its own thread holds.
+///
+/// A process is forked when all other threads have left theirs, so that it finds every lock open.
+///
+/// When Python begins to end, it waits until what is under way is done. Threads other than the one that ends
+/// Python then stop for ever before they take the interpreter back: it would end them in the middle of C++,
+/// which ends the program. So nothing else may be held when this ends.
 class Free {
 public:
     /// Throws InputError in a thread that has one already.

@@ -128,9 +128,9 @@ public:
     Episode(const Episode& like);
     Episode& operator=(const Episode&) = delete;
 
+    static constexpr std::size_t most_asked = 100'000;  // commands that wait for a frame
     /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept
     /// after those asked for before, which stay, and for more of them than `most_asked`.
-    static constexpr std::size_t most_asked = 100'000;
     void ask(const script::Command&);
     /// The C-arm as it is, with what was asked for of it, for images `pixels` squared.
     render::CArm arm(int pixels) const;
