@@ -3,7 +3,7 @@
 # IMAGES (100000) with one each of 128 x 128, which takes 1 GB of the temporary folder, and FRAMES of two environments of Python.
 # The slope is that of a line through the resident size of the second half of a run, so that fewer frames than 500000 measure
 # how the commands are read. A run keeps the tip's speed of each frame for the score's smoothness, from the first motion until
-# the target is reached, in an array that doubles: more than 32 bytes a frame are a failure.
+# the target is reached, for 262144 frames at most, so that its second half keeps none: more than 4 bytes a frame are a failure.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 frames=${1:-1000000}
@@ -51,11 +51,11 @@ script() {
 }
 script "$frames" >"$folder/frames.gw"
 script "$images" >"$folder/images.gw"
-watch "run without images" "$frames" 32 "$program" run straight --commands "$folder/frames.gw" --out "$folder/frames" --frames none \
+watch "run without images" "$frames" 4 "$program" run straight --commands "$folder/frames.gw" --out "$folder/frames" --frames none \
     --set time_limit_s=100000 --cache "$folder/cache"
-watch "run with images" "$images" 32 "$program" run straight --commands "$folder/images.gw" --out "$folder/images" \
+watch "run with images" "$images" 24 "$program" run straight --commands "$folder/images.gw" --out "$folder/images" \
     --set c_arm.pixels=128 --set time_limit_s=100000 --cache "$folder/cache"
-PYTHONPATH=$PWD/build/python watch "two environments of Python" "$frames" 32 /usr/bin/python3 -c "
+PYTHONPATH=$PWD/build/python watch "two environments of Python" "$frames" 4 /usr/bin/python3 -c "
 import sys, numpy as np, seldinger.gym as gym
 env = gym.make_vec('seldinger/Renal-v1', 2, cache=sys.argv[1])
 env.reset(seed=1)

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/anatomy/vessel_paths.h"
+#include "physics/geometry/maths.h"
 #include "render/panel/readout.h"
 
 namespace exercise {
@@ -20,7 +21,7 @@ constexpr double clearly_outside = 1;  // of the right branches [mm]
 
 constexpr double highest_frequency = 10;  // [Hz]
 constexpr double least_amplitude = 0.05;  // of the greatest amplitude
-constexpr std::size_t padding = 16, most_frames = std::size_t{1} << 18;
+constexpr std::size_t padding = 16;
 
 /// How long contrast is taken to be seen after an injection has ended [s].
 constexpr double in_sight = 2;
@@ -130,7 +131,7 @@ void WrongTurns::observe(const anatomy::Anatomy& anatomy, const geometry::Vec3& 
 }
 
 std::optional<double> spectral_arc_length(std::span<const double> speed, double rate) {
-    if (speed.size() < 2 || speed.size() > most_frames) return {};
+    if (speed.size() < 2 || speed.size() > most_smooth_frames) return {};
     const std::size_t length = padding * std::bit_ceil(speed.size());
     std::vector<double> padded(length, 0.0);
     std::copy(speed.begin(), speed.end(), padded.begin());
@@ -153,7 +154,7 @@ std::optional<double> spectral_arc_length(std::span<const double> speed, double 
     if (last - first < 2) return 0.0;
     const double band = 1.0 / static_cast<double>(last - first - 1);
     double arc = 0;
-    for (auto it = first + 1; it != last; ++it) arc += std::hypot(band, *it - *(it - 1));
+    for (auto it = first + 1; it != last; ++it) arc += geometry::hypot(band, *it - *(it - 1));
     return -arc;
 }
 
@@ -167,7 +168,7 @@ std::optional<double> log_dimensionless_jerk(std::span<const double> speed, doub
     }
     if (!(peak > 0) || !(sum > 0)) return {};
     const double duration = static_cast<double>(speed.size()) / rate;
-    return -std::log(duration * duration * duration / (peak * peak) * sum);
+    return -geometry::log(duration * duration * duration / (peak * peak) * sum);
 }
 
 int Score::wrong_entries() const {
@@ -205,7 +206,7 @@ void Scorer::begin(const Simulation& simulation) {
     first_motion_.reset();
     on_target_since_.reset();
     net_insertion_ = moving_path_ = force_sum_ = shortest_ = 0;
-    direction_ = moving_frames_ = frames_ = beam_frames_ = frames_over_force_ = 0;
+    direction_ = active_frames_ = moving_frames_ = frames_ = beam_frames_ = frames_over_force_ = 0;
     first_tip_ = last_tip_ = simulation.tip_at_start();
     speeds_.clear();
     injects_ = shown_ = cine_runs_on_ = false;
@@ -301,7 +302,10 @@ void Scorer::observe_motion(const Frame& frame) {
         const bool moving =
             frame.motion.rotation != 0 ||
             std::ranges::any_of(frame.motion.insertions, [](double insertion) { return insertion != 0; });
-        speeds_.push_back(static_cast<float>(moved / frame_time_));
+        if (++active_frames_ <= static_cast<int>(most_smooth_frames))
+            speeds_.push_back(static_cast<float>(moved / frame_time_));
+        else
+            speeds_ = {};  // so that a run without end does not grow
         moving_frames_ += moving;
         moving_path_ += moving ? moved : 0;
     }
@@ -349,8 +353,7 @@ Score Scorer::score() const {
         result.back_and_forth_ratio = (result.wire_travel - std::abs(net_insertion_)) / result.wire_travel;
     }
     if (result.tip_path > 0) result.path_efficiency = std::min(1.0, shortest_ / result.tip_path);
-    const auto active = static_cast<double>(speeds_.size());
-    if (active > 0) result.idle_fraction = 1 - moving_frames_ / active;
+    if (active_frames_ > 0) result.idle_fraction = 1 - static_cast<double>(moving_frames_) / active_frames_;
     if (moving_frames_ > 0) result.mean_tip_speed = moving_path_ / (moving_frames_ * frame_time_);
     if (frames_ > 0) result.mean_wall_force = force_sum_ / frames_;
     result.wrong_branches = turns_.branches();

@@ -72,7 +72,8 @@ private:
 /// or to half the rate where that is less, from the first to the last frequency with at least 5 % of the
 /// greatest; the speed is padded by zeros to 16 times its length or more. Near −1.4 for one smooth stroke,
 /// the lower the more the speed changes. Empty for fewer than two frames, for a tip that never moves, and for
-/// more than 2^18 frames. `speed` [mm/s], `rate` of its frames [1/s].
+/// more than `most_smooth_frames`. `speed` [mm/s], `rate` of its frames [1/s].
+inline constexpr std::size_t most_smooth_frames = std::size_t{1} << 18;  // 4.9 hours of 15 frames a second
 std::optional<double> spectral_arc_length(std::span<const double> speed, double rate);
 
 /// Log dimensionless jerk (Balasubramanian 2015): −ln(T³/v_max² · Σ (d²v/dt²)² Δt), differences of second
@@ -128,8 +129,8 @@ struct Score {
     double tip_path = 0;         // distance travelled by the tip over the frames [mm]
     double path_efficiency = 0;  // distance from start to tip along the centreline / tip_path [-]
     double mean_tip_speed = 0;   // over the frames with motion, up to completion [mm/s]
-    /// Smoothness of the tip's speed from the first motion to completion, or to the end; only
-    /// Scorer::finish() computes it.
+    /// Smoothness of the tip's speed from the first motion to completion, or to the end, where these are not
+    /// more than `most_smooth_frames`; only Scorer::finish() computes it.
     std::optional<double> spectral_arc_length, log_dimensionless_jerk;
     double peak_wall_force = 0;     // of one joint [N]
     double mean_wall_force = 0;     // mean over the frames of the largest of one joint [N]
@@ -165,8 +166,9 @@ public:
     std::span<const Score> earlier() const { return earlier_; }
     void state(geometry::StateStream& s) {
         s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
-          first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
-          frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_, screen_);
+          first_tip_, last_tip_, shortest_, speeds_, active_frames_, moving_frames_, moving_path_, frames_,
+          beam_frames_, frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_,
+          screen_);
         s.beside(cine_runs_on_);
     }
 
@@ -191,7 +193,8 @@ private:
     int direction_ = 0;
     geometry::Vec3 first_tip_ = geometry::Vec3::Zero(), last_tip_ = geometry::Vec3::Zero();
     double shortest_ = 0;        // along centrelines from the first tip to the last [mm]
-    std::vector<float> speeds_;  // of the tip, from the first motion to completion [mm/s]
+    std::vector<float> speeds_;  // of the tip, from the first motion to completion [mm/s]; none when too many
+    int active_frames_ = 0;      // from the first motion to completion
     int moving_frames_ = 0;      // among those
     double moving_path_ = 0;     // of the tip in these [mm]
     int frames_ = 0;             // of the attempt
