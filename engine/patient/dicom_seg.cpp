@@ -291,8 +291,8 @@ bool fill(const SegFile& file, Marks& marks, const std::vector<int>& layer_of, L
     bool any_empty = false;
     std::size_t done = 0;
     for (const auto& [segment, frames] : segments) {
-        const auto each = [&](const auto& mark) {
-            for (const Frame* const frame : frames) {
+        const auto each = [&, &of_segment = frames](const auto& mark) {
+            for (const Frame* const frame : of_segment) {
                 const std::size_t from =
                     slice * static_cast<std::size_t>(layer_of[static_cast<std::size_t>(frame->number)]);
                 bool empty = true;

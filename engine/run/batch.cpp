@@ -160,7 +160,7 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
     BatchRow row;
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     row.cells = names_of(job);
-    const auto fail = [&row, none](std::string why) {
+    const auto fail = [&row](std::string why) {
         row.cells.resize(4);
         row.cells.insert(row.cells.end(), 12, none);
         row.cells.emplace_back(std::string());
