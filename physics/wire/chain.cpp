@@ -8,6 +8,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -74,7 +76,7 @@ private:
     static Vec2 curvature_at(const DeviceSpec& spec, double s) {
         for (const RestArc& arc : spec.shape) {
             if (s <= arc.length)
-                return arc.angle / arc.length * Vec2(std::cos(arc.plane), std::sin(arc.plane));
+                return arc.angle / arc.length * Vec2(geometry::cos(arc.plane), geometry::sin(arc.plane));
             s -= arc.length;
         }
         return Vec2::Zero();
@@ -153,7 +155,7 @@ void assign_joint(Chain& chain, int joint, const Cell& cell) {
         if (!(angle > 0)) continue;
         assert(fraction > 0 && fraction < 1 + 1e-9);
         rest.angle = angle / fraction;
-        rest.cosine = std::cos(rest.angle), rest.sine = std::sin(rest.angle);
+        rest.cosine = geometry::cos(rest.angle), rest.sine = geometry::sin(rest.angle);
         rest.direction = bend / angle;
         stored += 0.5 * spring * angle * angle * (1 - 1 / fraction);
         for (std::size_t l = k + 1; l < devices; ++l) {
@@ -394,8 +396,9 @@ void give_segments(Chain& chain, double length) {
     const Segments segments(chain.grid, length, shaped);
     chain.tip_segments = static_cast<int>(std::lround(shaped / chain.grid.segment_length));
     const std::size_t joints = segments.count() + 1;
-    chain.joints.assign(joints, chain.joints[0]);
-    chain.tangents.assign(joints, chain.tangents[0]);
+    // Copies: a vector's assign() must not be given a part of the vector.
+    chain.joints.assign(joints, Vec3(chain.joints[0]));
+    chain.tangents.assign(joints, Vec3(chain.tangents[0]));
     chain.stations.assign(joints, -1);
     chain.lengths.assign(joints, chain.grid.segment_length);
     chain.lengths[0] = 0;
