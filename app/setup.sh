@@ -3,7 +3,8 @@
 #   run      what playing, the demo and all commands are built from and need
 #   python   the Python module besides
 #   test     what the tests need: both of these, browsers, DICOM tools, a cluster of one machine
-#   develop  all of it, and what formats, checks, fuzzes and measures the code (the default)
+#   web      what the engine for browsers is built with, besides
+#   develop  all but that, and what formats, checks, fuzzes and measures the code (the default)
 set -eu
 
 # Off-screen OpenGL by OSMesa, or where there is no such package any more, or SELDINGER_GL=egl asks for it, by EGL.
@@ -20,6 +21,8 @@ tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
     python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
 "
+# nodejs is what Emscripten runs on.
+web="emscripten nodejs"
 tools="doxygen mkdocs mkdocs-material debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
 
 fail() {
@@ -34,8 +37,9 @@ for part in "$@"; do
     run) packages="$packages $run" ;;
     python) packages="$packages $run $python" ;;
     test) packages="$packages $run $python $tests" ;;
+    web) packages="$packages $run $web" ;;
     develop) packages="$packages $run $python $tests $tools" ;;
-    *) fail "expected run, python, test or develop, found '$part'" ;;
+    *) fail "expected run, python, test, web or develop, found '$part'" ;;
     esac
 done
 

@@ -77,7 +77,7 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
     if (place.exists()) {
         std::ostringstream bytes;
         field->save(bytes);
-        place.keep_file(bytes.view());
+        place.keep_file(std::move(bytes).str());
     }
     return field;
 }

@@ -223,8 +223,10 @@ std::string too_many_pulses(double rate, double frame_rate) {
 }
 
 std::span<const TimedCommand> CommandScript::at(int frame) const {
-    return {std::ranges::lower_bound(commands, frame, {}, &TimedCommand::frame),
-            std::ranges::upper_bound(commands, frame, {}, &TimedCommand::frame)};
+    const auto first = std::ranges::lower_bound(commands, frame, {}, &TimedCommand::frame);
+    const auto last = std::ranges::upper_bound(commands, frame, {}, &TimedCommand::frame);
+    return std::span(commands).subspan(static_cast<std::size_t>(first - commands.begin()),
+                                       static_cast<std::size_t>(last - first));
 }
 
 int CommandScript::last_frame(int tail) const {

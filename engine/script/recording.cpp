@@ -10,6 +10,19 @@
 #include "engine/io/text.h"
 
 namespace script {
+namespace {
+
+/// libc++ has no to_sys before version 14, libstdc++ no to_time_t.
+template <class Clock>
+std::chrono::system_clock::time_point system_time(const typename Clock::time_point& time) {
+    using System = std::chrono::system_clock;
+    if constexpr (requires { Clock::to_sys(time); })
+        return std::chrono::time_point_cast<System::duration>(Clock::to_sys(time));
+    else
+        return System::from_time_t(Clock::to_time_t(time));
+}
+
+}  // namespace
 
 Recording::Recording(const std::filesystem::path& path, const RecordingHeader& header)
     : file_(path), hash_every_(header.hash_every) {
@@ -78,8 +91,7 @@ std::chrono::system_clock::time_point time_of(const std::filesystem::path& file)
         if (!line.starts_with("date ")) continue;
         if (const auto date = parse_date(std::string_view(line).substr(5))) return *date;
     }
-    return std::chrono::time_point_cast<std::chrono::system_clock::duration>(
-        std::chrono::file_clock::to_sys(std::filesystem::last_write_time(file)));
+    return system_time<std::chrono::file_clock>(std::filesystem::last_write_time(file));
 }
 
 std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& place) {

@@ -28,7 +28,7 @@ namespace render {
 namespace {
 
 // The top row is drawn first, and so also read back first.
-constexpr const char* panel_vertex_shader = R"(#version 330 core
+constexpr const char* panel_vertex_shader = R"(
 layout(location = 0) in vec2 position;
 layout(location = 1) in vec2 place;
 layout(location = 2) in vec4 colour;
@@ -41,7 +41,7 @@ void main() {
     gl_Position = vec4(2.0 * position / size - 1.0, 0.0, 1.0);
 })";
 
-constexpr const char* panel_fragment_shader = R"(#version 330 core
+constexpr const char* panel_fragment_shader = R"(
 uniform sampler2D picture;
 in vec2 texture_place;
 in vec4 ink;

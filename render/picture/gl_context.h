@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "render/picture/gl_source.h"
 #include "render/picture/offscreen.h"
 
 namespace render {
@@ -39,12 +40,14 @@ struct GlContext {
 #undef RENDER_GL_FUNCTIONS
     }
 
-    /// Throws std::runtime_error when OpenGL refuses the shaders of `what`.
+    /// Of shaders without the line of their version. Throws std::runtime_error when OpenGL refuses those of
+    /// `what`.
     GLuint linked_program(const char* vertex_shader, const char* fragment_shader, const char* what) const {
         const GLuint program = CreateProgram();
         const auto attach = [&](GLenum kind, const char* text) {
             const GLuint shader = CreateShader(kind);
-            ShaderSource(shader, 1, &text, nullptr);
+            const char* const parts[] = {gl_source::shader_header, text};
+            ShaderSource(shader, 2, parts, nullptr);
             CompileShader(shader);
             AttachShader(program, shader);
             DeleteShader(shader);

@@ -17,6 +17,7 @@ namespace render::gl_source {
 
 const char* const name = "EGL";
 const char* const package = "libegl1 libegl-mesa0 libgl1-mesa-dri";
+const char* const shader_header = "#version 330 core\n";
 
 namespace {
 

@@ -15,6 +15,7 @@ namespace render::gl_source {
 
 const char* const name = "OSMesa";
 const char* const package = "libosmesa6";
+const char* const shader_header = "#version 330 core\n";
 
 namespace {
 

@@ -19,7 +19,7 @@ namespace {
 
 // Depth is relative to the isocentre plane, which preserves digits in the float target and limits the harm of
 // a hole. The row nearest to the head is written first, so that readback is already top-down.
-constexpr const char* vertex_shader = R"(#version 330 core
+constexpr const char* vertex_shader = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 breath;  // 0 where a mesh has none
 layout(location = 2) in vec3 beat;
@@ -38,7 +38,7 @@ void main() {
 
 // In a triangle seen edge-on rounding can carry the interpolated depth far away; none of it is farther from a
 // corner than its longest edge.
-constexpr const char* fragment_shader = R"(#version 330 core
+constexpr const char* fragment_shader = R"(
 in float depth;
 flat in float corner;
 uniform float longest_edge;

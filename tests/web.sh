@@ -1,0 +1,19 @@
+#!/bin/sh
+# tests/web.sh: plays the solutions that ship by the program, and replays the recordings in the engine for browsers, under
+# node: each state must have the same bits. Not part of tests/run.sh: it builds the engine once more, with Emscripten.
+set -eu
+cd "$(dirname "$0")/.."
+./app/setup.sh run
+./app/build.sh release seldinger
+./app/web.sh
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+for file in assets/scripts/*.gw; do
+    name=$(basename "$file" .gw)
+    [ -f "assets/scenarios/$name.toml" ] || continue
+    # 1: a solution that does not reach is none of this test's.
+    ./build/release/bin/seldinger run "$name" --commands solution --frames none --out "$work/runs/$name" \
+        --cache "$work/cache" >"$work/said" 2>&1 || [ $? = 1 ] || { cat "$work/said" >&2; exit 2; }
+done
+# Debian's loader takes fetch() for a browser's.
+node --no-experimental-fetch tests/web/replay.js build/web/seldinger.js assets "$work/cache" "$work/runs"
