@@ -10,6 +10,7 @@
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/wall/past_end.h"
@@ -218,13 +219,14 @@ Vec3 facing_mouths(const std::vector<CentrelineBranch>& branches, const geometry
             const Vec3 offset = point - branch.points[0];
             const std::complex<double> aside(offset.dot(u), offset.dot(v));
             if (std::abs(aside) < end.radius) continue;
-            sum += std::pow(aside / std::abs(aside), 3);
+            const std::complex<double> way = aside / std::abs(aside);
+            sum += way * way * way;
             break;
         }
     }
     if (std::abs(sum) < 1e-6) return Vec3::Zero();
-    const double angle = std::arg(sum) / 3;
-    return std::cos(angle) * u + std::sin(angle) * v;
+    const double angle = geometry::atan2(sum.imag(), sum.real()) / 3;
+    return geometry::cos(angle) * u + geometry::sin(angle) * v;
 }
 
 }  // namespace
@@ -264,7 +266,7 @@ std::vector<BlockedEnd> blocked_ends(const Anatomy& anatomy) {
                 const double aside = std::sqrt(std::max(0.0, offset.squaredNorm() - ahead * ahead));
                 if (aside > near || ahead - near > blocked.free) continue;
                 for (double t = step; t <= blocked.free; t += step)
-                    if (std::hypot(aside, ahead - t) <
+                    if (geometry::hypot(aside, ahead - t) <
                         branch.radii[i] + cone.radius - cone.narrows * std::max(0.0, t - 0.5 * step)) {
                         blocked = {e, b, t - step};
                         break;

@@ -10,6 +10,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 
@@ -20,7 +21,9 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 
 double smallest_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const auto angle = [](const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); };
+    const auto angle = [](const Vec3& u, const Vec3& v) {
+        return geometry::atan2(u.cross(v).norm(), u.dot(v));
+    };
     return std::min({angle(b - a, c - a), angle(c - b, a - b), angle(a - c, b - c)});
 }
 
@@ -147,7 +150,7 @@ double surrounded_fraction(const TriangleMesh& closed, const geometry::MeshQuery
         for (int k = 0; k < outward_rays && escaped <= most_escaped; ++k) {
             const double square = (k + 0.5) / outward_rays, angle = 2.399963 * k;  // the golden angle
             const Vec3 direction = std::sqrt(1 - square) * normal +
-                                   std::sqrt(square) * (std::cos(angle) * u + std::sin(angle) * v);
+                                   std::sqrt(square) * (geometry::cos(angle) * u + geometry::sin(angle) * v);
             escaped += !std::isfinite(query.first_hit(origin, direction));
         }
         ++seen;
@@ -234,7 +237,7 @@ std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery&
         const Vec3& behind = anatomy.branches[place.branch].points[place.sample];
         const Vec3 along = (opening.centre - behind).normalized();
         const double ratio = opening.radius / inside,
-                     angle = std::acos(std::clamp(along.dot(opening.outward_normal), -1.0, 1.0)) /
+                     angle = geometry::acos(std::clamp(along.dot(opening.outward_normal), -1.0, 1.0)) /
                              geometry::degree;
         least = std::min(least, ratio), most = std::max(most, angle);
         if (ratio < least_end_width)

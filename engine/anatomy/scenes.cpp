@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -140,10 +141,10 @@ Polyline draw(std::span<const PenMove> path, double step) {
         // arc.
         const double each = length(move) / count;
         for (int k = 0; k < count; ++k) {
-            const Eigen::AngleAxisd turn(arc.angle * (k + 0.5) / count, axis);
+            const geometry::Mat3 turn = geometry::rotation(arc.angle * (k + 0.5) / count, axis);
             points.push_back(points.back() + each * (turn * heading));
         }
-        heading = Eigen::AngleAxisd(arc.angle, axis) * heading;
+        heading = geometry::rotation(arc.angle, axis) * heading;
     }
     return points;
 }
@@ -198,7 +199,7 @@ Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double
         for (int k = 0; k < around; ++k) {
             const double angle = 2 * std::numbers::pi * k / around;
             anatomy.lumen.vertices.push_back(points[i] +
-                                             radius * (std::cos(angle) * a + std::sin(angle) * b));
+                                             radius * (geometry::cos(angle) * a + geometry::sin(angle) * b));
         }
     }
     for (int i = 0; i + 1 < rings; ++i) {

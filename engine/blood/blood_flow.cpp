@@ -11,6 +11,7 @@
 
 #include "engine/anatomy/organs.h"
 #include "engine/io/error.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace blood {
@@ -179,7 +180,7 @@ std::vector<std::pair<int, int>> walk(const Undirected& vessels, int start) {
 double arterial_time(double radius, double flow) {
     if (!(flow > 1e-6)) return 0;
     const double velocity = cubic_mm * flow / (std::numbers::pi * radius * radius);
-    const double generations = 3 * std::log2(std::max(2.0, radius / smallest_radius));
+    const double generations = 3 * geometry::log(std::max(2.0, radius / smallest_radius)) / std::numbers::ln2;
     return std::clamp(generations * radii_long * radius / velocity, shortest, longest);
 }
 
@@ -235,8 +236,8 @@ double DistalArteries::held(int outlet) const {
 
 double usual_flow(double radius) {
     constexpr double wide = 16.0, narrow = 2.35, through_wide = 84.0, through_narrow = 4.1;
-    static const double power = std::log(through_wide / through_narrow) / std::log(wide / narrow);
-    return through_wide * std::pow(radius / wide, power);
+    static const double power = geometry::log(through_wide / through_narrow) / geometry::log(wide / narrow);
+    return through_wide * geometry::pow(radius / wide, power);
 }
 
 std::vector<std::string> problems(const FlowSpec& spec) {
@@ -317,7 +318,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.cell = cell;
         outlet.place = opening.centre;
         outlet.direction = opening.outward_normal;
-        outlet.fraction = supply.demand * std::pow(opening.radius, spec.exponent);
+        outlet.fraction = supply.demand * geometry::pow(opening.radius, spec.exponent);
         outlet.transit = supply.transit;
         outlet.venous = supply.venous;
         if (supply.organ == anatomy::Organ::Kidney) outlet.inner = kidney;
@@ -341,7 +342,8 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.organ = "confluence";
         outlet.place = branch.points.back();
         outlet.direction = (outlet.place - branch.points[branch.points.size() - 2]).normalized();
-        outlet.fraction = supply_behind(anatomy, b).demand * std::pow(branch.radii.back(), spec.exponent);
+        outlet.fraction =
+            supply_behind(anatomy, b).demand * geometry::pow(branch.radii.back(), spec.exponent);
         outlet.transit = outlet.tissue = 1;
         demand[tree] += outlet.fraction;
         flow.outlets.push_back(std::move(outlet));

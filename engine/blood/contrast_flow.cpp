@@ -10,6 +10,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "render/xray/materials.h"
 
 namespace blood {
@@ -208,7 +209,7 @@ double ContrastFlow::left() const {
 /// height for a quarter of the cycle, about as long as systole lasts; its mean is 5/16.
 double ContrastFlow::pulse(double time) const {
     const double phase = 2 * std::numbers::pi * time * spec_.heart_rate / 60.0;
-    const double raised = 0.5 - 0.5 * std::cos(phase);
+    const double raised = 0.5 - 0.5 * geometry::cos(phase);
     return 1 - spec_.pulsatility + spec_.pulsatility * raised * raised * raised * (16.0 / 5.0);
 }
 
@@ -488,7 +489,7 @@ std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
         const double richardson = gravity * fall.norm() * denser * iodine_[i] * diameter / (speed * speed);
         Vec3 gradient = richardson / (1 + richardson) * fall;
         if (passed[i] >= 0)
-            gradient += std::exp(-passed[i] / (mixing * 2 * cell.radius)) * across(site_.aside);
+            gradient += geometry::exp(-passed[i] / (mixing * 2 * cell.radius)) * across(site_.aside);
         gradient /= std::max(1.0, gradient.norm());
         if (!gradient.allFinite() || gradient.isZero()) continue;
         streams[i] = gradient.cast<float>();

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "engine/io/error.h"
+#include "physics/geometry/maths.h"
 #include "physics/wire/friction.h"
 
 namespace exercise {
@@ -169,15 +170,15 @@ struct Stretch {
 /// Between radii r < R [m]; r = 0 is an open lumen.
 Stretch stretch(const Fluid& fluid, double length, double outer, double inner) {
     if (length <= 0) return {};
-    double conductance = std::pow(outer, 4);
+    double conductance = geometry::pow(outer, 4);
     if (inner > 0) {
         const double square = outer * outer - inner * inner;
-        conductance -= std::pow(inner, 4) + square * square / std::log(outer / inner);
+        conductance -= geometry::pow(inner, 4) + square * square / geometry::log(outer / inner);
     }
     const double area = std::numbers::pi * (outer * outer - inner * inner), hydraulic = 2 * (outer - inner);
     return {8 * fluid.viscosity * length / (std::numbers::pi * conductance),
-            0.158 * length * std::pow(fluid.density, 0.75) * std::pow(fluid.viscosity, 0.25) /
-                (std::pow(hydraulic, 1.25) * std::pow(area, 1.75))};
+            0.158 * length * geometry::pow(fluid.density, 0.75) * geometry::pow(fluid.viscosity, 0.25) /
+                (geometry::pow(hydraulic, 1.25) * geometry::pow(area, 1.75))};
 }
 
 /// Flow of a fluid at a pressure [ml/s].
@@ -194,7 +195,7 @@ double flow_of(const Fluid& fluid, double pressure, const physics::DeviceSpec& c
         const double flow = 0.5 * (low + high);
         double lost = 0;
         for (const Stretch& part : parts)
-            lost += std::max(part.laminar * flow, part.turbulent * std::pow(flow, 1.75));
+            lost += std::max(part.laminar * flow, part.turbulent * geometry::pow(flow, 1.75));
         (lost < pressure ? low : high) = flow;
     }
     return low * 1e6;

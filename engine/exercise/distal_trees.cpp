@@ -10,6 +10,7 @@
 #include "engine/exercise/imaging.h"
 #include "engine/exercise/venous_trees.h"
 #include "engine/exercise/vessel_growth.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/random.h"
@@ -46,7 +47,7 @@ void fade_out(const Vec3& from, const Vec3& direction, double length, double rad
     for (int k = 0; k < count; ++k) {
         const double part = (k + 0.5) / count;
         const double past = std::max(0.0, part - clear) / (1 - clear);
-        const double fill = 0.5 + 0.5 * std::cos(std::numbers::pi * past);
+        const double fill = 0.5 + 0.5 * geometry::cos(std::numbers::pi * past);
         pieces.push_back({from + k * length / count * direction, from + (k + 1) * length / count * direction,
                           static_cast<float>(radius * (1 - 0.15 * part)), static_cast<float>(fill), 0});
         add(part);
@@ -112,8 +113,8 @@ std::vector<Vec3> points_ahead(const blood::Outlet& outlet, int count) {
 int terminals_of(const blood::Outlet& outlet) {
     // Arteries of the brain keep their width over long ways (as angiograms show).
     const double more = outlet.organ == "brain" ? 4 : 1;
-    return std::clamp(static_cast<int>(more * std::pow(outlet.radius / smallest_radius, 3)), fewest_terminals,
-                      most_terminals);
+    return std::clamp(static_cast<int>(more * geometry::pow(outlet.radius / smallest_radius, 3)),
+                      fewest_terminals, most_terminals);
 }
 
 /// How much vessels of an organ wind: of the brain they follow its convolutions (estimates) [-].

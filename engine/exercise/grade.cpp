@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 
 namespace exercise {
 namespace {
@@ -25,7 +26,7 @@ double rounded(double value) {
 /// As many digits as show two that are not 0, and at least the measure's own.
 int digits_of(const Measure& measure, double value) {
     if (!(value > 0)) return measure.digits;
-    return std::clamp(1 - static_cast<int>(std::floor(std::log10(value))), measure.digits, 4);
+    return std::clamp(1 - static_cast<int>(std::floor(geometry::log10(value))), measure.digits, 4);
 }
 
 double errors_of(const Score& score) {

@@ -18,6 +18,7 @@
 #include "engine/scenario/breathing.h"
 #include "physics/geometry/checksum.h"
 #include "physics/geometry/mapped_file.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/organ_motion.h"
 #include "render/patient/solids.h"
@@ -122,7 +123,7 @@ render::DeviceIodine iodine_of(const Simulation& simulation, int device, const g
     iodine.bore.resize(bore_parts, 0.0f);
     // Where another device lies in the bore, less is left to contrast; that one displaces what is around.
     const auto [inner, inside] = simulation.bore_of(device);
-    const double free = 1 - std::min(1.0, std::pow(inner / outer.inner_diameter, 2));
+    const double free = 1 - std::min(1.0, geometry::pow(inner / outer.inner_diameter, 2));
     for (int k = 0; k < bore_parts; ++k) {
         if ((k + 0.5) / bore_parts * outer.length > inside) break;
         float& there = iodine.bore[static_cast<std::size_t>(k)];
@@ -324,8 +325,8 @@ std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const 
     constexpr double at_hole = 0.05;            // of the iodine, in the jet (estimate) [-]
     constexpr int lobes = 20, tracks = 4;       // the latter along the vessel
     if (!(hole.iodine > 0)) return {};
-    const double pool =
-                     std::cbrt(3 * cubic_mm_in_ml * hole.blood / (4 * std::numbers::pi * fraction_of_tissue)),
+    const double pool = geometry::cbrt(3 * cubic_mm_in_ml * hole.blood /
+                                       (4 * std::numbers::pi * fraction_of_tissue)),
                  radius = std::max(pool, hole.diameter);
     const geometry::Vec3 u = beside_vessel(blood, hole), v = hole.outward.cross(u);
     std::vector<render::IodineCloud> clouds;
@@ -342,10 +343,11 @@ std::vector<render::IodineCloud> clouds_of(const blood::BloodFlow& blood, const 
     const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
     constexpr double golden = 2.399963;  // of a turn, by which points on a ball lie evenly [rad]
     for (int k = 0; k < lobes; ++k) {
-        const double height = 1 - 2 * (k + 0.5) / lobes, turn = golden * k + unit(), away = std::cbrt(unit()),
-                     flat = away * std::sqrt(1 - height * height), spread = 0.2 + 0.2 * unit();
-        add(1.2 * away * height, 0.9 * flat * std::cos(turn), 0.75 + 0.7 * flat * std::sin(turn), spread,
-            (0.5 + unit()) * std::pow(spread, 2.5));
+        const double height = 1 - 2 * (k + 0.5) / lobes, turn = golden * k + unit(),
+                     away = geometry::cbrt(unit()), flat = away * std::sqrt(1 - height * height),
+                     spread = 0.2 + 0.2 * unit();
+        add(1.2 * away * height, 0.9 * flat * geometry::cos(turn), 0.75 + 0.7 * flat * geometry::sin(turn),
+            spread, (0.5 + unit()) * geometry::pow(spread, 2.5));
     }
     const double in_lobes = weights;
     for (int k = 0; k < tracks; ++k)

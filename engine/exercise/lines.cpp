@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "engine/exercise/device_rules.h"
+#include "physics/geometry/maths.h"
 
 namespace exercise {
 namespace {
@@ -35,9 +36,9 @@ Polyline led_out(const Vec3& end, const Vec3& outward, const Vec3& then, double 
     for (double gone = 0; gone < length; gone += spacing) {
         if (gone >= straight) {
             const Vec3 axis = along.cross(then);
-            const double left = std::atan2(axis.norm(), along.dot(then));
+            const double left = geometry::atan2(axis.norm(), along.dot(then));
             if (left > 1e-6)
-                along = Eigen::AngleAxisd(std::min(left, spacing / radius), axis.normalized()) * along;
+                along = geometry::rotation(std::min(left, spacing / radius), axis.normalized()) * along;
         }
         joints.push_back(joints.back() + spacing * along);
     }
@@ -82,7 +83,7 @@ void add_pigtail(Polyline& joints) {
     Vec3 axis, other;
     geometry::tangent_basis(along, axis, other);
     for (double gone = 0; gone < turn * radius; gone += step) {
-        along = Eigen::AngleAxisd(step / radius, axis) * along;
+        along = geometry::rotation(step / radius, axis) * along;
         joints.push_back(joints.back() + step * along);
     }
 }

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "physics/geometry/maths.h"
+
 namespace exercise {
 namespace {
 
@@ -192,7 +194,7 @@ MaskShift Monitor::shift(const script::ShiftMask& asked) {
             searched_fraction * last.arm.pixels);
         // Hundredths of a pixel are below what noise leaves; a few of them, below what interpolation blurs.
         to = {std::round(found.x * 100) / 100, std::round(found.y * 100) / 100};
-        if (std::hypot(to.x, to.y) < least_found) to = {};
+        if (geometry::hypot(to.x, to.y) < least_found) to = {};
         if (!found.found) made.outcome = MaskShift::Outcome::NoMatch;
     }
     const double most = script::largest_shift_fraction * last.arm.pixels;

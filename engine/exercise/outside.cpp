@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
+
 namespace exercise {
 namespace {
 
@@ -37,7 +39,7 @@ physics::OutsideShaft outside_shaft(std::span<const scenario::Device* const> dev
         rigidity += own;
         heavy += weight(*device);
     }
-    shaft.sag = std::max(least_sag, heavy * std::pow(distance, 4) / (384 * rigidity));
+    shaft.sag = std::max(least_sag, heavy * geometry::pow(distance, 4) / (384 * rigidity));
     return shaft;
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "engine/exercise/vessel_growth.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_query.h"
 
 namespace exercise {
@@ -95,7 +96,7 @@ void fade(std::vector<Station>& stations, double part) {
     const double first = (1 - part) * static_cast<double>(stations.size());
     for (std::size_t k = 0; k < stations.size(); ++k) {
         const double past = (static_cast<double>(k) - first) / (part * static_cast<double>(stations.size()));
-        stations[k].fill = 0.5 + 0.5 * std::cos(std::numbers::pi * std::clamp(past, 0.0, 1.0));
+        stations[k].fill = 0.5 + 0.5 * geometry::cos(std::numbers::pi * std::clamp(past, 0.0, 1.0));
     }
 }
 
@@ -252,8 +253,9 @@ private:
         for (const Vec3& to : {Vec3(-40, 8, 22), Vec3(22, -26, 26)}) {
             std::vector<Station> branch;
             for (int i = 0; i <= 8; ++i)
-                branch.push_back({hilum + i / 8.0 * to + Vec3(0, 0, 6 * std::sin(i / 8.0 * std::numbers::pi)),
-                                  4.0 - 0.3 * i});
+                branch.push_back(
+                    {hilum + i / 8.0 * to + Vec3(0, 0, 6 * geometry::sin(i / 8.0 * std::numbers::pi)),
+                     4.0 - 0.3 * i});
             fade(branch, 0.6);
             add_tube(branch, {node_of(c), vein_bins - 3.0, vein_bins - 1.0}, pieces_);
         }
@@ -368,8 +370,9 @@ void Veins::of_brain() {
     std::vector<Station> sagittal;
     for (double angle = 8; angle <= 196; angle += 6) {
         const double part = (angle - 8) / 188;
-        sagittal.push_back({surface(Vec3(0, -std::cos(angle * degree), std::sin(angle * degree)), 2.5),
-                            0.7 + 2.6 * part, std::min(1.0, 4 * part + 0.2)});
+        sagittal.push_back(
+            {surface(Vec3(0, -geometry::cos(angle * degree), geometry::sin(angle * degree)), 2.5),
+             0.7 + 2.6 * part, std::min(1.0, 4 * part + 0.2)});
     }
     constexpr double from_sagittal = 7, from_torcula = 15, from_sigmoid = 19;
     add_tube(sagittal, {node, from_sagittal, from_torcula}, pieces_);
@@ -384,13 +387,14 @@ void Veins::of_brain() {
         const double wide = side > 0 ? 2.6 : 3.4;
         std::vector<Station> transverse{{torcula, wide}};
         const double sink =
-            std::asin(std::clamp((torcula.z() - middle.z()) / (torcula - middle).norm(), -1.0, 1.0));
+            geometry::asin(std::clamp((torcula.z() - middle.z()) / (torcula - middle).norm(), -1.0, 1.0));
         for (double angle = 14; angle <= 92; angle += 8)
-            transverse.push_back({surface(Vec3(side * std::sin(angle * degree), std::cos(angle * degree),
-                                               std::tan(sink) + 0.06 * std::sin(2 * angle * degree))
-                                              .normalized(),
-                                          0.5),
-                                  wide});
+            transverse.push_back(
+                {surface(Vec3(side * geometry::sin(angle * degree), geometry::cos(angle * degree),
+                              geometry::tan(sink) + 0.06 * geometry::sin(2 * angle * degree))
+                             .normalized(),
+                         0.5),
+                 wide});
         entries.push_back({transverse[6].place, Vec3(0, -0.9, 0.5).normalized(), 1.3, 17});  // Labbé
         add_tube(transverse, {node, from_torcula, from_sigmoid}, pieces_);
         const Vec3 bend = transverse.back().place, ahead = (bend - transverse[transverse.size() - 2].place);
@@ -428,7 +432,7 @@ void Veins::of_brain() {
             // They enter against the stream, from the front below.
             const Vec3 along = Vec3(0, outward.z(), -outward.y());
             entries.push_back({at.place, (side * Vec3::UnitX() - 0.5 * outward - 0.6 * along).normalized(),
-                               0.8 + 0.5 * std::sin(std::numbers::pi * part),
+                               0.8 + 0.5 * geometry::sin(std::numbers::pi * part),
                                from_sagittal + part * (from_torcula - from_sagittal)});
         }
     // Tissue near the surface goes to the nearest entry of its side, rather one above: of the blood of

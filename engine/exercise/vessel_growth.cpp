@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "physics/geometry/hash.h"
+#include "physics/geometry/maths.h"
 
 namespace exercise {
 
@@ -48,18 +49,20 @@ public:
         across_[1] = direction.cross(across_[0]);
         const double turn = random.between(0, 2 * std::numbers::pi);
         const Vec3 u = across_[0], v = across_[1];
-        across_[0] = std::cos(turn) * u + std::sin(turn) * v;
-        across_[1] = std::cos(turn) * v - std::sin(turn) * u;
+        across_[0] = geometry::cos(turn) * u + geometry::sin(turn) * v;
+        across_[1] = geometry::cos(turn) * v - geometry::sin(turn) * u;
         for (double& phase : phase_) phase = random.between(0, 2 * std::numbers::pi);
         flat_ = random.between(0.3, 0.9);
     }
     Vec3 at(double t) const {
         if (height_ == 0) return Vec3::Zero();
-        const double ends = std::sin(std::numbers::pi * t), window = std::min(1.0, 3 * ends * ends);
+        const double ends = geometry::sin(std::numbers::pi * t), window = std::min(1.0, 3 * ends * ends);
         const double turn = 2 * std::numbers::pi * waves_ * t;
         return height_ * window *
-               ((std::sin(turn + phase_[0]) + 0.5 * std::sin(0.43 * turn + phase_[1])) * across_[0] +
-                flat_ * (std::sin(0.81 * turn + phase_[2]) + 0.5 * std::sin(1.37 * turn + phase_[3])) *
+               ((geometry::sin(turn + phase_[0]) + 0.5 * geometry::sin(0.43 * turn + phase_[1])) *
+                    across_[0] +
+                flat_ *
+                    (geometry::sin(0.81 * turn + phase_[2]) + 0.5 * geometry::sin(1.37 * turn + phase_[3])) *
                     across_[1]);
     }
     double wave_length() const { return wave_length_; }
@@ -78,7 +81,7 @@ public:
 
     void grow(std::vector<Vec3>& tissue, const NodeRange& nodes) {
         terminals_ = static_cast<double>(tissue.size());
-        exponent_ = std::log(terminals_) / std::log(std::max(1.5, root_.radius / root_.smallest));
+        exponent_ = geometry::log(terminals_) / geometry::log(std::max(1.5, root_.radius / root_.smallest));
         std::vector<Vec3*> all;
         for (Vec3& p : tissue) all.push_back(&p);
         const std::size_t first = pieces_.size();
@@ -93,7 +96,7 @@ public:
 
 private:
     double radius_of(std::size_t points) const {
-        return root_.radius * std::pow(static_cast<double>(points) / terminals_, 1 / exponent_);
+        return root_.radius * geometry::pow(static_cast<double>(points) / terminals_, 1 / exponent_);
     }
 
     /// A vessel does not turn back at once: `direction`, but within a largest angle of the heading.

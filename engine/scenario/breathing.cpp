@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "physics/geometry/maths.h"
+
 namespace scenario {
 
 void Breathing::ask(bool hold) {
@@ -30,7 +32,7 @@ double Breathing::depth(double time, const VesselMotion& motion) const {
     const Manner& manner = manner_[0];
     double sum = quiet * (1 + (deep - 1) * manner.fraction);
     if (manner.coughs_for > 0) {
-        const double s = std::sin(std::numbers::pi * manner.coughs_for / cough_time);
+        const double s = geometry::sin(std::numbers::pi * manner.coughs_for / cough_time);
         sum += cough * s * s;
     }
     return sum;
@@ -101,16 +103,16 @@ double contraction(double time, double rate) {
     constexpr double systole = 1.0 / 3;
     const double p = phase(time, rate);
     const double part = p < systole ? p / systole : 1 + (p - systole) / (1 - systole);
-    return 0.5 * (1 - std::cos(std::numbers::pi * part));
+    return 0.5 * (1 - geometry::cos(std::numbers::pi * part));
 }
 
 double peristalsis(double time) {
     constexpr double period = 60.0;  // [s]
-    return 0.5 * (1 - std::cos(2 * std::numbers::pi * time / period));
+    return 0.5 * (1 - geometry::cos(2 * std::numbers::pi * time / period));
 }
 
 double inspiration(double time, double rate) {
-    const double s = std::sin(std::numbers::pi * phase(time, rate));
+    const double s = geometry::sin(std::numbers::pi * phase(time, rate));
     return s * s * s * s;
 }
 

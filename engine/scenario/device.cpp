@@ -11,6 +11,7 @@
 #include "engine/io/plot.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
+#include "physics/geometry/maths.h"
 
 namespace scenario {
 namespace {
@@ -367,17 +368,17 @@ Polyline free_shape(const Device& d, double straight) {
     Polyline line = {at, at + straight * along};
     at = line.back();
     for (auto arc = d.shape.rbegin(); arc != d.shape.rend(); ++arc) {
-        const Vec3 turned = Eigen::AngleAxisd(arc->plane, along) * aside;
+        const Vec3 turned = geometry::rotation(arc->plane, along) * aside;
         const Vec3 axis = along.cross(turned);
         constexpr double finest = 4 * geometry::degree;
         const int steps = std::max(static_cast<int>(std::ceil(arc->length)),
                                    static_cast<int>(std::ceil(std::abs(arc->angle) / finest)));
         const double step = arc->length / steps, turn = arc->angle / steps;
         // A chord of the arc, half of its turn before and half after.
-        const double chord = turn == 0 ? step : 2 * step / turn * std::sin(0.5 * turn);
+        const double chord = turn == 0 ? step : 2 * step / turn * geometry::sin(0.5 * turn);
         for (int k = 0; k < steps; ++k) {
-            at += chord * (Eigen::AngleAxisd(0.5 * turn, axis) * along);
-            const Eigen::AngleAxisd whole(turn, axis);
+            at += chord * (geometry::rotation(0.5 * turn, axis) * along);
+            const geometry::Mat3 whole = geometry::rotation(turn, axis);
             along = whole * along;
             aside = whole * aside;
             line.push_back(at);

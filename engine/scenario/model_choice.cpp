@@ -12,6 +12,7 @@
 #include <queue>
 
 #include "engine/anatomy/lumen_wall.h"
+#include "physics/geometry/maths.h"
 #include "physics/wall/distance_field.h"
 
 namespace scenario {
@@ -105,13 +106,13 @@ double arm_of(const Device& device) {
     Vec3 place = Vec3::Zero();
     geometry::Mat3 turned = geometry::Mat3::Identity();
     for (auto arc = device.shape.rbegin(); arc != device.shape.rend(); ++arc) {
-        const Vec3 aside(std::cos(arc->plane), std::sin(arc->plane), 0);
+        const Vec3 aside(geometry::cos(arc->plane), geometry::sin(arc->plane), 0);
         const double bent =
-            std::abs(arc->angle) < 1e-9 ? 0 : arc->length * (1 - std::cos(arc->angle)) / arc->angle;
+            std::abs(arc->angle) < 1e-9 ? 0 : arc->length * (1 - geometry::cos(arc->angle)) / arc->angle;
         const double on =
-            std::abs(arc->angle) < 1e-9 ? arc->length : arc->length * std::sin(arc->angle) / arc->angle;
+            std::abs(arc->angle) < 1e-9 ? arc->length : arc->length * geometry::sin(arc->angle) / arc->angle;
         place += turned * (on * Vec3::UnitZ() + bent * aside);
-        turned = turned * Eigen::AngleAxisd(arc->angle, Vec3::UnitZ().cross(aside)).toRotationMatrix();
+        turned = turned * geometry::rotation(arc->angle, Vec3::UnitZ().cross(aside));
     }
     return place.head<2>().norm();
 }
@@ -280,7 +281,7 @@ double TorsionNeed::left_out(physics::Torsion model) const {
 }
 
 double TorsionNeed::at_tip(double angle) const {
-    return 2 * arm * std::sin(0.5 * std::min(angle, std::numbers::pi));
+    return 2 * arm * geometry::sin(0.5 * std::min(angle, std::numbers::pi));
 }
 
 physics::Torsion least_torsion(const TorsionNeed& need, const ShaftState& at) {

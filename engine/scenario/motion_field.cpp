@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
+
 namespace scenario {
 namespace {
 
@@ -47,7 +49,7 @@ MotionField::MotionField(const VesselMotion& motion, const blood::BloodFlow& blo
 /// 1 in the heart.
 double MotionField::following(const Vec3& x) const {
     const double outside = std::max(0.0, (x - heart_->middle).norm() - heart_size) / fading;
-    return std::exp(-0.5 * outside * outside);
+    return geometry::exp(-0.5 * outside * outside);
 }
 
 Vec3 MotionField::systole_at(const Vec3& x) const {

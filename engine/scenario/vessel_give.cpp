@@ -10,6 +10,8 @@
 #include <tuple>
 #include <utility>
 
+#include "physics/geometry/maths.h"
+
 namespace scenario {
 namespace {
 
@@ -71,7 +73,7 @@ public:
         }
         std::vector<double> aside;
         for (std::size_t i = 0; i < nodes_.size(); ++i)
-            aside.push_back(std::hypot(unknown_[of_node * i + 2], unknown_[of_node * i + 3]));
+            aside.push_back(geometry::hypot(unknown_[of_node * i + 2], unknown_[of_node * i + 3]));
         return aside;
     }
 
@@ -241,7 +243,8 @@ Bend shape_at(const physics::Device& device, double from_tip) {
 
 /// The curvature of the unloaded device in space, at a place of a way whose tangent and side are given.
 Vec3 rest_of(const Bend& bend, const Vec3& along, const Vec3& side) {
-    return bend.curvature * (std::cos(bend.plane) * side + std::sin(bend.plane) * along.cross(side));
+    return bend.curvature *
+           (geometry::cos(bend.plane) * side + geometry::sin(bend.plane) * along.cross(side));
 }
 
 using Place = VesselGives::Place;
@@ -364,7 +367,7 @@ std::vector<TubeNode> VesselGives::tube(const std::vector<Place>& places) const 
         TubeNode& node = nodes[i];
         node.centre = place.centre - std::min(back, 0) * onward;
         node.modulus = tissue.modulus;
-        node.bending = std::numbers::pi * std::pow(station.radius, 4) * tissue.wall;
+        node.bending = std::numbers::pi * geometry::pow(station.radius, 4) * tissue.wall;
         // A branch begins within its parent's lumen.
         node.clearance = std::max(station.radius - place.off, reach_->room(place.centre, place.station));
     }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_topology.h"
 
 namespace geometry {
@@ -103,7 +104,7 @@ void LumenSurface::face_out(const std::vector<double>& vote) {
         normals_.push_back(area_normal(t).normalized());
         for (int k = 0; k < 3; ++k) {
             const Vec3 p = corner(t, (k + 1) % 3) - corner(t, k), q = corner(t, (k + 2) % 3) - corner(t, k);
-            corner_normals_[v[k]] += std::atan2(p.cross(q).norm(), p.dot(q)) * normals_[t];
+            corner_normals_[v[k]] += geometry::atan2(p.cross(q).norm(), p.dot(q)) * normals_[t];
         }
     }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/geometry/maths.h"
 #include "physics/relax/descent.h"
 #include "physics/relax/prediction.h"
 #include "physics/wire/bending.h"
@@ -27,7 +28,7 @@ double largest_bend(const Chain& wire, const std::vector<Vec3>& directors) {
     double least = 1;
     for (int j = 0; j < wire.segments(); ++j) least = std::min(least, straightness(wire, directors, j));
     assert(least <= 1);
-    return std::acos(std::max(-1.0, least));
+    return geometry::acos(std::max(-1.0, least));
 }
 
 /// Entries from `first` on that two lists have in common, of `most`.

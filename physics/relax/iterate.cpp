@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/geometry/maths.h"
 #include "physics/wire/bending.h"
 
 namespace physics {
@@ -32,7 +33,7 @@ void Iterate::set_units(const Chain& wire, const ContactSet& contacts, const Glo
         if (c.clearance > 0) room = std::min(room, c.clearance);
     const double length = wire.inserted_length() / wire.segments();
     assert(stiffest > 0 && room > 0 && length > 0);
-    trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));
+    trust.set_unit(stiffest * length / geometry::pow(room < unbounded ? room : length, 4));
     model.least_pivot = options.saddle.pivot_fraction * stiffest;
     model.slips_on = options.step.slips_on;
     assert(model.least_pivot > 0);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <tuple>
 
+#include "physics/geometry/maths.h"
 #include "physics/relax/riccati_recursion.h"
 #include "physics/wire/bending.h"
 
@@ -19,7 +20,7 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
     const double k = 1 + from.dot(to);
     Vec3 carried = before;
     if (k > 1e-9) carried -= carried.dot(to) / k * (from + to);
-    return std::atan2(carried.cross(now).dot(to), carried.dot(now));
+    return geometry::atan2(carried.cross(now).dot(to), carried.dot(now));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
 #include "physics/relax/riccati_recursion.h"
 
 namespace physics {
@@ -16,7 +17,7 @@ struct Pivot {
 };
 
 Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
-    const double mean = 0.5 * (a + c), half = 0.5 * (a - c), root = std::hypot(half, b);
+    const double mean = 0.5 * (a + c), half = 0.5 * (a - c), root = geometry::hypot(half, b);
     Pivot p{mean - root, Vec2::UnitX()};
     assert(!(p.least > std::min(a, c) + 1e-9 * (std::abs(a) + std::abs(c))));
     const Vec2 direction(b, p.least - a);

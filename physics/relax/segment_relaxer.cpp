@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/geometry/maths.h"
 #include "physics/relax/geometric_step.h"
 #include "physics/relax/stored_planes.h"
 
@@ -27,7 +28,7 @@ void tilt(Chain& wire) {
     tangent_basis(wire.tangents[0], side, other);
     side += 0.6 * other;
     for (int i = 1; i <= n; ++i)
-        wire.tangents[i] = (wire.tangents[i] + 1e-4 * std::sin(M_PI * i / n) * side).normalized();
+        wire.tangents[i] = (wire.tangents[i] + 1e-4 * geometry::sin(M_PI * i / n) * side).normalized();
 }
 
 }  // namespace

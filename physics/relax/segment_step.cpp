@@ -8,6 +8,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "physics/geometry/maths.h"
 #include "physics/relax/small_solve.h"
 
 namespace physics {
@@ -261,10 +262,11 @@ double largest_fraction(const Vec3& u, const Vec3& v, double limit) {
     assert(limit > 0);
     if (limit >= 2 || (v - u).norm() <= limit) return 1.0;
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
-    const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
-    const double phi = 2 * std::asin(0.5 * limit);
+    const double theta = geometry::atan2(u.cross(v).norm(), u.dot(v));
+    const double phi = 2 * geometry::asin(0.5 * limit);
     // Of a turn that is at the limit but for rounding, all.
-    const double fraction = std::min(1.0, std::sin(phi) / (std::sin(phi) + std::sin(theta - phi)));
+    const double fraction =
+        std::min(1.0, geometry::sin(phi) / (geometry::sin(phi) + geometry::sin(theta - phi)));
     assert(fraction > 0);
     return fraction;
 }

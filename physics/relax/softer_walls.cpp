@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -37,7 +39,7 @@ double stiffest(const ContactSet& contacts) {
 double softest_joint(const Chain& wire) {
     double softest = std::numeric_limits<double>::max();
     for (int j = 0; j < wire.segments(); ++j)
-        softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
+        softest = std::min(softest, wire.spring_constant(j) / geometry::pow(wire.lengths[j + 1], 2));
     assert(softest > 0);
     return softest;
 }

@@ -26,7 +26,7 @@ constexpr double least_slope = 0.9;
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t file_version = 8;
+constexpr std::uint32_t file_version = 9;
 
 /// Of the file, before the body, which begins where a grid may.
 struct FileHead {

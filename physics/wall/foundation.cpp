@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/geometry/maths.h"
 #include "physics/wall/past_end.h"
 
 namespace physics {
@@ -23,8 +24,8 @@ constexpr double shortest = 1, longest = 10;  // of an element [mm]
 
 /// (4B/k_f)^¼: the length over which the vessel's own bending spreads a force [mm].
 double spread(const Tissue& tissue, double radius) {
-    const double bending = std::numbers::pi * std::pow(radius, 4) * tissue.wall;
-    return std::pow(4 * bending / tissue.modulus, 0.25);
+    const double bending = std::numbers::pi * geometry::pow(radius, 4) * tissue.wall;
+    return geometry::pow(4 * bending / tissue.modulus, 0.25);
 }
 
 /// Hermite's shape functions of an element of length h at the fraction t of it: of the displacement and slope
@@ -213,7 +214,8 @@ Eigen::SparseMatrix<double> Foundation::Data::assembled() const {
             const double middle = beam.start + (e + 0.5) * h;
             while (sample + 1 < static_cast<int>(stations.size()) && arc_at(first + sample) < middle)
                 ++sample;
-            const double bending = std::numbers::pi * std::pow(stations[sample].radius, 4) * tissues[b].wall;
+            const double bending =
+                std::numbers::pi * geometry::pow(stations[sample].radius, 4) * tissues[b].wall;
             // ∫ k N Nᵀ and ∫ B N″ N″ᵀ over the element.
             const double m = k * h / 420, c = bending / (h * h * h);
             const double mass[4][4] = {{156 * m, 22 * h * m, 54 * m, -13 * h * m},

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -44,7 +46,7 @@ struct Weights {
         count = std::min(samples.size(), nearest + window + 1) - first;
         constexpr double of_square = -0.5 / (Narrowing::spacing * Narrowing::spacing);
         for (std::size_t k = 0; k < count; ++k)
-            sum += w[k] = std::exp(of_square * ((samples[first + k].at - x).squaredNorm() - least));
+            sum += w[k] = geometry::exp(of_square * ((samples[first + k].at - x).squaredNorm() - least));
         for (std::size_t k = 0; k < count; ++k) w[k] /= sum;
     }
 };

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -99,7 +101,7 @@ void add_root(const OpenEnd& end, RoundCones& cones) {
     for (int k = 0; k < 3; ++k) {
         const double angle = 2 * std::numbers::pi / 3 * k;
         RoundCone ball;
-        ball.aside = Root::off_axis * r * (std::cos(angle) * u + std::sin(angle) * v);
+        ball.aside = Root::off_axis * r * (geometry::cos(angle) * u + geometry::sin(angle) * v);
         ball.radius = Root::sinus * r;
         ball.first = ball.last = Root::centre * r;
         cones.add(ball);
@@ -222,7 +224,7 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
         const bool in_core = q < c;
         const double phi = in_core ? c / 8 * (3 + square / (c * c) * (6 - square / (c * c))) : q,
                      slope = in_core ? (6 - 2 * square / (c * c)) / (8 * c) : 1 / (2 * q),
-                     curve = -1 / (4 * std::pow(in_core ? c : q, 3));
+                     curve = -1 / (4 * geometry::pow(in_core ? c : q, 3));
         Depth d;
         d.value = phi - cone.radius + cone.narrows * along_cone.value;
         d.slope = 2 * slope * w + cone.narrows * along_cone.slope * out;
@@ -239,7 +241,7 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
     const double least = std::ranges::min(all, {}, &Depth::value).value;
     Depth sum{0, Vec3::Zero(), Mat3::Zero(), 1};
     for (const Depth& d : all) {
-        const double weight = std::exp((least - d.value) / rounding);
+        const double weight = geometry::exp((least - d.value) / rounding);
         sum.value += weight;
         sum.slope += weight * d.slope;
         sum.curve += weight * (d.curve - d.slope * d.slope.transpose() / rounding);
@@ -247,7 +249,7 @@ PastEnd::Depth PastEnd::depth(const Vec3& x) const {
     }
     sum.slope /= sum.value;
     sum.curve = sum.curve / sum.value + sum.slope * sum.slope.transpose() / rounding;
-    sum.value = least - rounding * std::log(sum.value);
+    sum.value = least - rounding * geometry::log(sum.value);
     return sum;
 }
 

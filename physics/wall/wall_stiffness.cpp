@@ -6,6 +6,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 
 WallStiffness::WallStiffness(double mean, double length, std::vector<Term> terms)
@@ -26,7 +28,7 @@ WallStiffness::WallStiffness(double mean, double length, std::vector<Term> terms
 double WallStiffness::at(double arc) const {
     const double w = std::numbers::pi * std::clamp(arc / length_, 0.0, 1.0);
     double sum = mean_, g = 0;
-    for (const Term& term : terms_) sum += term.amplitude * std::cos(++g * w + term.phase);
+    for (const Term& term : terms_) sum += term.amplitude * geometry::cos(++g * w + term.phase);
     return sum;
 }
 
@@ -36,7 +38,7 @@ double WallStiffness::slope(double arc) const {
     double sum = 0, g = 0;
     for (const Term& term : terms_) {
         g += unit;
-        sum -= g * term.amplitude * std::sin(g * arc + term.phase);
+        sum -= g * term.amplitude * geometry::sin(g * arc + term.phase);
     }
     return sum;
 }
@@ -48,7 +50,7 @@ double WallStiffness::average(double from, double to) const {
         double sum = mean_ * s + at(arc) * (arc - s), g = 0;
         for (const Term& term : terms_) {
             g += unit;
-            sum += term.amplitude / g * std::sin(g * s + term.phase);
+            sum += term.amplitude / g * geometry::sin(g * s + term.phase);
         }
         return sum;
     };

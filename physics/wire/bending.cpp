@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -87,9 +89,9 @@ double bent_joint_energy(const Chain& chain, const std::vector<Vec3>& d, int joi
 CouplingTerms coupling_terms(const Chain& chain, const Coupling& c) {
     assert(c.inner < c.outer && c.outer < static_cast<int>(chain.devices.size()));
     const double turn = chain.devices[c.outer].angle_at(c.joint) - chain.devices[c.inner].angle_at(c.joint);
-    const double cosine = std::cos(turn), sine = std::sin(turn);
+    const double cosine = geometry::cos(turn), sine = geometry::sin(turn);
     const double energy = c.along * cosine + c.aside * sine;
-    assert(std::abs(energy) <= std::hypot(c.along, c.aside) * (1 + 1e-9));
+    assert(std::abs(energy) <= geometry::hypot(c.along, c.aside) * (1 + 1e-9));
     return {energy, c.aside * cosine - c.along * sine, -energy};
 }
 

@@ -5,13 +5,15 @@
 #include <cmath>
 #include <sstream>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
 double between(double distal, double proximal, double fraction) {
     assert(fraction >= 0 && fraction <= 1);
     if (distal == proximal) return distal;
-    const double value = distal * std::pow(proximal / distal, fraction);
+    const double value = distal * geometry::pow(proximal / distal, fraction);
     assert(value > std::min(distal, proximal) * (1 - 1e-9) &&
            value < std::max(distal, proximal) * (1 + 1e-9));
     return value;
@@ -128,10 +130,10 @@ double torsional_give(const DeviceSpec& spec, double from, double to) {
         else if (b > a && section.length > 0) {
             // ∫ ds/GJ with GJ = GJ_distal ratio^((s − start)/length); beyond the last section's length GJ
             // stays.
-            const double rise = std::log(ratio) / section.length, whole = start + section.length;
+            const double rise = geometry::log(ratio) / section.length, whole = start + section.length;
             const double tapered = std::min(b, whole);
             if (tapered > a)
-                give += (std::exp(-rise * (a - start)) - std::exp(-rise * (tapered - start))) /
+                give += (geometry::exp(-rise * (a - start)) - geometry::exp(-rise * (tapered - start))) /
                         (rise * section.torsional_distal);
             give += std::max(0.0, b - std::max(a, whole)) / section.torsional_proximal;
         }
@@ -156,7 +158,7 @@ RestBend rest_bend(const Device& device, int joint, const Vec3& u, const Vec3& d
     assert(joint >= 0 && joint < static_cast<int>(device.rest.size()));
     const RestTurn& rest = device.rest[joint];
     if (rest.angle == 0) return {};
-    const double angle = device.angle_at(joint), c = std::cos(angle), s = std::sin(angle);
+    const double angle = device.angle_at(joint), c = geometry::cos(angle), s = geometry::sin(angle);
     const Vec2 direction(c * rest.direction[0] - s * rest.direction[1],
                          s * rest.direction[0] + c * rest.direction[1]);
     assert(std::abs(direction.squaredNorm() - 1) < 1e-9);

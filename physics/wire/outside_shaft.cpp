@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -25,7 +27,7 @@ double OutsideShaft::push_at(double bow) const {
 
 double OutsideShaft::stiffness_at(double bow) const {
     const double own = sag_length(*this), over = std::max(0.0, bow) / length;
-    const double of_sag = 0.5 / own * std::pow(1 + bow / own, -1.5);
+    const double of_sag = 0.5 / own * geometry::pow(1 + bow / own, -1.5);
     return critical * (of_sag + (bow > 0 ? (0.5 + 2 * second * over) / length : 0.0));
 }
 

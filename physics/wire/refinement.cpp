@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/maths.h"
+
 namespace physics {
 namespace {
 
@@ -118,7 +120,7 @@ private:
     bool represents(int i, const Vec3& along, int length, double bent, double tolerance) {
         assert(i >= 1 && length >= 1 && bent >= 0 && tolerance > 0);
         const double lambda = wire_.grid.segment_length;
-        if (!(bent * std::pow(length * lambda, 2) / 8 <= tolerance)) return false;
+        if (!(bent * geometry::pow(length * lambda, 2) / 8 <= tolerance)) return false;
         points_.clear();
         contacts_.assign(length + 1, {});
         for (int k = 0; k <= length; ++k) {

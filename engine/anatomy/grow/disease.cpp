@@ -7,6 +7,7 @@
 
 #include "engine/anatomy/grow/vessel_tree.h"
 #include "engine/io/error.h"
+#include "physics/geometry/maths.h"
 
 namespace anatomy {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 /// From 1 in the middle to 0 at both ends of a stretch.
 double bell(double from_middle, double half_length) {
     const double part = std::abs(from_middle) / half_length;
-    return part >= 1 ? 0 : 0.5 * (1 + std::cos(std::numbers::pi * part));
+    return part >= 1 ? 0 : 0.5 * (1 + geometry::cos(std::numbers::pi * part));
 }
 
 double smooth_step(double t) {
@@ -27,9 +28,9 @@ std::vector<Vec3> side(const SampledBranch& branch, double at, double angle) {
     std::vector<Vec3> across = branch.across();
     const int sample = branch.sample_at(at);
     const Vec3 wanted = branch.convex_side(sample), t = branch.tangent(sample), d = across[sample];
-    const double turn = std::atan2(t.dot(d.cross(wanted)), d.dot(wanted)) + angle;
+    const double turn = geometry::atan2(t.dot(d.cross(wanted)), d.dot(wanted)) + angle;
     for (int i = 0; i < static_cast<int>(across.size()); ++i)
-        across[i] = Eigen::AngleAxisd(turn, branch.tangent(i)) * across[i];
+        across[i] = geometry::rotation(turn, branch.tangent(i)) * across[i];
     return across;
 }
 
@@ -71,7 +72,7 @@ std::vector<CalciumDeposit> calcium_in(const SampledBranch& branch, const Stenos
     for (int strand = 0; strand < strands; ++strand) {
         const double turn = spread * (strand / (strands - 1.0) - 0.5);
         // Uneven, as deposits are: each has its own stretch and thickness.
-        const double uneven = std::abs(std::sin(12.9 * (strand + 1) + 0.7 * stenosis.at));
+        const double uneven = std::abs(geometry::sin(12.9 * (strand + 1) + 0.7 * stenosis.at));
         const double half = stenosis.length / 2 * (0.5 + 0.4 * uneven),
                      middle = stenosis.at + 0.25 * stenosis.length * (uneven - 0.5);
         CalciumDeposit deposit;
@@ -80,9 +81,9 @@ std::vector<CalciumDeposit> calcium_in(const SampledBranch& branch, const Stenos
             if (std::abs(from) > half) continue;
             const double wall = branch.radii[i];
             const double thick = std::clamp(0.4 * wall, 0.3, 1.8) * (0.6 + 0.6 * uneven);
-            const double radius =
-                thick * std::max(0.3, (1 - std::pow(from / half, 2)) * (0.8 + 0.2 * std::sin(3 * from)));
-            const Vec3 out = Eigen::AngleAxisd(turn, branch.tangent(i)) * plaque[i];
+            const double radius = thick * std::max(0.3, (1 - geometry::pow(from / half, 2)) *
+                                                            (0.8 + 0.2 * geometry::sin(3 * from)));
+            const Vec3 out = geometry::rotation(turn, branch.tangent(i)) * plaque[i];
             deposit.points.push_back(branch.points[i] + (wall + gap + thick) * out);
             deposit.radii.push_back(radius);
         }
@@ -93,7 +94,7 @@ std::vector<CalciumDeposit> calcium_in(const SampledBranch& branch, const Stenos
 
 BranchSpec sac(const Aneurysm& aneurysm, const SampledBranch& parent) {
     const int sample = parent.sample_at(aneurysm.at);
-    const Vec3 out = Eigen::AngleAxisd(aneurysm.angle, parent.tangent(sample)) * parent.convex_side(sample);
+    const Vec3 out = geometry::rotation(aneurysm.angle, parent.tangent(sample)) * parent.convex_side(sample);
     const double sphere = aneurysm.diameter / 2, neck = aneurysm.neck / 2, wall = parent.radii[sample];
     const double centre = wall + std::sqrt(std::max(0.0, sphere * sphere - neck * neck));
     BranchSpec spec;

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// To be raised whenever the same spec gives another mesh or description.
-constexpr int generator_version = 3;
+constexpr int generator_version = 4;
 
 VesselTreeSpec make_spec(const GenerateRequest& request) {
     VesselTreeSpec spec = request.source.ends_with(".toml")

@@ -17,6 +17,7 @@
 #include "engine/anatomy/grow/surface_nets.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/vec.h"
 
 namespace anatomy {
@@ -190,7 +191,7 @@ double sharpness(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 constexpr double largest_deviation =
     0.045;  // of a triangle's centroid from f = 0 that no collapse may exceed [mm]
-const double sharp = std::pow(std::tan(15 * M_PI / 180), 2);
+const double sharp = geometry::pow(geometry::tan(15 * M_PI / 180), 2);
 
 class Remesher {
 public:

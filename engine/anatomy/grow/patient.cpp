@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "physics/geometry/maths.h"
 #include "physics/geometry/random.h"
 
 namespace anatomy {
@@ -82,20 +83,20 @@ double diameter_factor(const Trend& trend, const Patient& patient) {
     Patient mean;
     mean.height = mean_height(patient.sex);
     mean.weight = weight_for(mean_mass_index, mean.height);
-    const double size = std::pow(patient.surface() / mean.surface(), trend.by_surface);
+    const double size = geometry::pow(patient.surface() / mean.surface(), trend.by_surface);
     return of_sex * size * std::max(0.5, 1 + trend.yearly * (patient.age - mean_age));
 }
 
 double explained_deviation(const Trend& trend) {
     // The surface goes with height^1.5 and the square root of the body mass index.
-    const double surface =
-        std::hypot(1.5 * men_height_deviation / men_height, 0.5 * mass_index_deviation / mean_mass_index);
+    const double surface = geometry::hypot(1.5 * men_height_deviation / men_height,
+                                           0.5 * mass_index_deviation / mean_mass_index);
     const double sexes = trend.of_men ? 0 : (1 - trend.women) / (1 + trend.women);
-    return std::hypot(sexes, trend.yearly * age_deviation, trend.by_surface * surface);
+    return geometry::hypot(geometry::hypot(sexes, trend.yearly * age_deviation), trend.by_surface * surface);
 }
 
 double length_factor(double by_height, const Patient& patient) {
-    return std::pow(patient.height / both_height, by_height);
+    return geometry::pow(patient.height / both_height, by_height);
 }
 
 }  // namespace anatomy

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/anatomy/grow/preset_builders.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/vec.h"
 
 namespace anatomy {
@@ -95,7 +96,7 @@ ArchFigures arch_figures(const Variation& v, const ArchShape& shape) {
     f.gap_1 = v.figure("gap 1", 4.4, 0.8, 2.4, 8);
     f.gap_2 = v.figure("gap 2", 6.4, 1.2, 3.4, 12);
     const double plane = v.figure("plane", 50 * degree, 14 * degree);
-    f.along = Vec3(std::sin(plane), std::cos(plane), 0);
+    f.along = Vec3(geometry::sin(plane), geometry::cos(plane), 0);
     f.base = 60 * v.length("ascending", 0.08, 0.5, 0.008);
     // A wide aorta has a wide arch: with less than this its spline would bend too tightly for the lumen.
     f.bow = std::max(36 * v.length("arch", 0.1, 0.3, 0.005), 1.88 * f.ascending);
@@ -114,8 +115,9 @@ BranchSpec arch_aorta(const Variation& v, const ArchFigures& f) {
     constexpr double width[] = {0.95, 0.91, 0.86, 0.82, 0.79, 0.77};
     for (int k = 0; k < 6; ++k) {
         const double a = clock[k] * degree;
-        aorta.knots.push_back({f.bow * (1 + std::cos(a)) * f.along + Vec3(0, 0, f.base + f.bow * std::sin(a)),
-                               width[k] * f.ascending});
+        aorta.knots.push_back(
+            {f.bow * (1 + geometry::cos(a)) * f.along + Vec3(0, 0, f.base + f.bow * geometry::sin(a)),
+             width[k] * f.ascending});
     }
     aorta.knots.push_back({2 * f.bow * f.along + Vec3(-4, 4, f.base - 60), 0.73 * f.ascending});
     const Vec3 foot = 2 * f.bow * f.along + Vec3(0, 0, f.base - 60);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "physics/geometry/maths.h"
+
 namespace anatomy {
 namespace {
 
@@ -139,7 +141,7 @@ std::vector<VesselKnot> Variation::varied(const std::vector<Stretch>& stretches,
             const double t = std::max(0.0, 1 - (way - 0.5 * step.norm()) / (tilted_part * whole));
             const Vec3 turn = t * t * (3 - 2 * t) * tilt;
             const double angle = turn.norm();
-            const Vec3 turned = angle > 0 ? Vec3(Eigen::AngleAxisd(angle, turn / angle) * step) : step;
+            const Vec3 turned = angle > 0 ? Vec3(geometry::rotation(angle, turn / angle) * step) : step;
             knots.push_back({knots[i - 1].place + longer * turned, radius});
         }
     }

@@ -8,6 +8,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -128,8 +129,8 @@ void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing, d
         const Vec3 other = branch.tangent(i).cross(across[i]);
         // The second direction has another frequency, to keep the waves from lying in a plane.
         branch.points[i] =
-            straight[i] +
-            tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
+            straight[i] + tortuosity.amplitude * fade *
+                              (geometry::sin(phase) * across[i] + 0.5 * geometry::sin(0.6 * phase) * other);
     }
     const std::vector<double> arcs = geometry::arc_lengths(branch.points);
     for (double& start : branch.part_starts) {
@@ -376,7 +377,7 @@ Bend tightest_bend(const std::vector<VesselKnot>& knots) {
     for (std::size_t i = 1; i + 1 < line.points.size(); ++i) {
         const Vec3 a = (line.points[i] - line.points[i - 1]).normalized(),
                    b = (line.points[i + 1] - line.points[i]).normalized();
-        const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
+        const double turn = geometry::atan2(a.cross(b).norm(), a.dot(b));
         const double ratio = line.step() / std::max(turn, 1e-9) / line.radii[i];
         if (ratio >= tightest.ratio) continue;
         tightest.ratio = ratio;

@@ -7,6 +7,7 @@
 
 #include "engine/anatomy/grow/vessel_tree.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 
 namespace anatomy {
 namespace {
@@ -25,7 +26,7 @@ void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
     for (int i = 1; i < last; ++i) {
         const Vec3 a = (branch.points[i] - branch.points[i - 1]).normalized(),
                    b = (branch.points[i + 1] - branch.points[i]).normalized();
-        const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
+        const double turn = geometry::atan2(a.cross(b).norm(), a.dot(b));
         const double bend = turn > 1e-9 ? branch.step() / turn : std::numeric_limits<double>::infinity();
         const double taper = std::abs(branch.radii[i + 1] - branch.radii[i]) / branch.step();
         if (bend < 1.05 * branch.radii[i]) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -192,7 +193,7 @@ bool offset_to_centroid(const geometry::MeshQuery& wall, const Vec3& point, cons
     std::array<Vec3, rays> direction;
     for (int k = 0; k < rays; ++k) {
         const double angle = 2 * std::numbers::pi * k / rays;
-        direction[k] = std::cos(angle) * u + std::sin(angle) * v;
+        direction[k] = geometry::cos(angle) * u + geometry::sin(angle) * v;
         length[k] = wall.first_hit(point, direction[k]);
     }
     sorted = length;

@@ -16,6 +16,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/patient/ct_image.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -230,8 +231,8 @@ render::CArm load_view(const std::filesystem::path& path) {
             "{}: {:.4g} mm from the focal spot to the detector were found; expected {:g} to {:g}", file,
             arm.sid, render::ArmLimits::sid.least, render::ArmLimits::sid.most);
     const Vec3 beam = (detector - source) / arm.sid;
-    arm.lao = std::atan2(beam.x(), -beam.y());
-    arm.cranial = std::asin(std::clamp(beam.z(), -1.0, 1.0));
+    arm.lao = geometry::atan2(beam.x(), -beam.y());
+    arm.cranial = geometry::asin(std::clamp(beam.z(), -1.0, 1.0));
     if (read.places.size() == 3) arm.sod = (matrix * read.places[1].second - source).dot(beam);
     arm.isocentre = source + arm.sod * beam;
     constexpr double aside = 5;  // by hand the three are not quite in line [mm]

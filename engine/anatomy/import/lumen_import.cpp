@@ -14,6 +14,7 @@
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -327,7 +328,7 @@ private:
         options.threads = options_.threads;
         options.voxel =
             std::max({figures_.thin_radius / voxels_per_radius, thinnest_wire_radius / voxels_per_radius,
-                      std::cbrt(std::abs(geometry::signed_volume(whole)) / most_inside)});
+                      geometry::cbrt(std::abs(geometry::signed_volume(whole)) / most_inside)});
         while (LumenVoxels::box_count(mesh, options.voxel) > most_boxed) options.voxel *= 1.1;
         options.step = options.voxel;
         options.most_tips = most_tips;

@@ -13,6 +13,7 @@
 
 #include "engine/anatomy/import/branch_tree.h"
 #include "engine/anatomy/import/lumen_voxels.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
@@ -325,7 +326,7 @@ private:
         std::array<double, half> reach;
         for (int k = 0; k < half; ++k) {
             const double angle = std::numbers::pi * k / half;
-            direction[k] = std::cos(angle) * u + std::sin(angle) * v;
+            direction[k] = geometry::cos(angle) * u + geometry::sin(angle) * v;
             reach[k] = std::min({wall_.first_hit(centre, direction[k]),
                                  wall_.first_hit(centre, -direction[k]), widest_section * radius});
         }

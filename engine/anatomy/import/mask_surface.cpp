@@ -12,6 +12,7 @@
 #include "engine/anatomy/import/mesh_cut.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/surface_net.h"
 
 namespace anatomy {
@@ -185,7 +186,7 @@ private:
         Kernel(double sigma, int of, int undone) : reach(of), rounds(undone) {
             float sum = 0;
             for (int d = -reach; d <= reach; ++d) {
-                weights.push_back(static_cast<float>(std::exp(-d * d / (2 * sigma * sigma))));
+                weights.push_back(static_cast<float>(geometry::exp(-d * d / (2 * sigma * sigma))));
                 sum += weights.back();
             }
             for (float& w : weights) w /= sum;
@@ -704,7 +705,8 @@ private:
             BorderCut cut{axis, side, sum / static_cast<double>(patch.size())};
             cut.centre[axis] = layer;
             for (const auto& p : patch) {
-                cut.farthest = std::max(cut.farthest, std::hypot(p[0] - cut.centre[u], p[1] - cut.centre[v]));
+                cut.farthest =
+                    std::max(cut.farthest, geometry::hypot(p[0] - cut.centre[u], p[1] - cut.centre[v]));
                 for (int depth = 1; depth <= carried; ++depth) voxel(-depth, p[0], p[1]) = 1;
             }
             cuts_.push_back(cut);

@@ -13,6 +13,7 @@
 #include <unordered_set>
 
 #include "engine/anatomy/anatomy.h"
+#include "physics/geometry/maths.h"
 #include "physics/geometry/mesh_query.h"
 
 namespace anatomy {
@@ -36,15 +37,16 @@ bool is_one_loop(const std::map<int, int>& next) {
 
 /// A triangle joins a patch when its normal is this near to the patch's, or, as scanned surfaces are rough,
 /// when it is within the wider angle and its corners lie in the plane.
-const double joins = std::cos(10 * geometry::degree), joins_in_plane = std::cos(40 * geometry::degree);
+const double joins = geometry::cos(10 * geometry::degree),
+             joins_in_plane = geometry::cos(40 * geometry::degree);
 constexpr double in_plane = 0.03;  // of the root of the patch's area
 /// The rim is sharp where the surface turns by more than this, on this fraction of its length.
-const double sharp_rim = std::cos(35 * geometry::degree);
+const double sharp_rim = geometry::cos(35 * geometry::degree);
 constexpr double least_sharp = 0.85;
 constexpr std::size_t least_rim = 6;  // edges
 /// Area over that of the circle about the centre that holds the rim, with corners in the rim and without.
 constexpr double least_round = 0.45, least_oval = 0.15;
-const double cosine_of_corner = std::cos(60 * geometry::degree);
+const double cosine_of_corner = geometry::cos(60 * geometry::degree);
 constexpr double most_uneven = 0.04;  // of the radius, root mean square
 /// The sections of the lumen this deep behind the cap, in radii, have rays of about the radius in the mean.
 constexpr std::array depths = {0.2, 0.6};
@@ -183,7 +185,7 @@ private:
             double mean = 0;
             for (int k = 0; k < section_rays; ++k) {
                 const double angle = 2 * std::numbers::pi * k / section_rays;
-                lengths[k] = surface_->first_hit(origin, std::cos(angle) * u + std::sin(angle) * v);
+                lengths[k] = surface_->first_hit(origin, geometry::cos(angle) * u + geometry::sin(angle) * v);
                 mean += std::min(lengths[k], long_ray * cap.radius) / section_rays;
             }
             std::ranges::sort(lengths);

@@ -9,6 +9,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 
 namespace anatomy {
 namespace {
@@ -354,8 +355,7 @@ Mat3 rotation(const std::string& text) {
             text.substr(0, 40));
     // Quarter turns are exact.
     const double quarters = degrees / 90;
-    Mat3 turn =
-        Eigen::AngleAxisd(degrees * geometry::degree, Vec3::Unit(static_cast<int>(axis))).toRotationMatrix();
+    Mat3 turn = geometry::rotation(degrees * geometry::degree, Vec3::Unit(static_cast<int>(axis)));
     if (quarters == std::round(quarters)) turn = turn.array().round().matrix();
     return turn;
 }
