@@ -37,7 +37,7 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
     if (is_learner(origin.learner)) text += fmt::format("learner {}\n", origin.learner);
     if (origin.date) text += fmt::format("date {}\n", date_text(*origin.date));
     file_.append(text);
-    ends_.push_back(file_.size());
+    header_ = file_.size();
 }
 
 void Recording::frame(int number, std::span<const Command> commands, const StateHash& state_hash) {
@@ -46,8 +46,10 @@ void Recording::frame(int number, std::span<const Command> commands, const State
     if (states(number)) lines += fmt::format("state {} {}\n", number, io::hash_text(state_hash()));
     if (!lines.empty()) file_.append(lines);
     last_frame_ = number;
-    ends_.resize(number + 2, ends_.back());
+    const long long before = ends_.empty() ? header_ : ends_.back();
+    ends_.resize(static_cast<std::size_t>(number - first_ + 1), before);
     ends_.back() = file_.size();
+    for (; ends_.size() > kept_frames; ++first_) ends_.pop_front();
 }
 
 void Recording::comment(const Comment& comment) {
@@ -59,8 +61,10 @@ void Recording::comment(const Comment& comment) {
 
 void Recording::take_back(int frame) {
     assert(frame >= -1 && frame <= last_frame_);
-    file_.cut(ends_[frame + 1]);
-    ends_.resize(frame + 2);
+    assert(frame < 0 || frame >= first_);
+    file_.cut(frame < 0 ? header_ : ends_[static_cast<std::size_t>(frame - first_)]);
+    if (frame < 0) first_ = 0;
+    ends_.resize(static_cast<std::size_t>(frame - first_ + 1));
     last_frame_ = frame;
     const auto first_cut =
         std::ranges::find_if(comments_, [this](const auto& kept) { return kept.first >= file_.size(); });

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -33,7 +34,8 @@ public:
     /// Keeps a teacher's comment on a frame that is made.
     void comment(const Comment&);
     /// Removes everything after a frame but comments on it and those before; the next frame to come is the
-    /// one after it. With -1 all frames are removed.
+    /// one after it. The frame is one of the last `kept_frames`; with -1 all are removed.
+    static constexpr std::size_t kept_frames = 4096;
     void take_back(int frame);
     /// Of a guided lesson, before the end.
     void practised(int steps_done, int steps);
@@ -46,7 +48,9 @@ private:
 
     io::GrowingFile file_;
     std::vector<std::pair<long long, Comment>> comments_;  // and where each stands in the file [bytes]
-    std::vector<long long> ends_;  // of the header and of each frame, in the file [bytes]
+    long long header_ = 0;                                 // its end in the file [bytes]
+    std::deque<long long> ends_;                           // of the last frames, in the file [bytes]
+    int first_ = 0;                                        // frame that `ends_` begins with
     int hash_every_ = 10;
     int last_frame_ = -1;
 };

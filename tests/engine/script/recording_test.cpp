@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "engine/io/files.h"
 #include "tests/engine/fixtures.h"
 
 namespace script {
@@ -152,6 +153,27 @@ TEST(Recording, WhatIsTakenBackTakesTheCommentsOnItAlong) {
     const CommandScript script = load_commands(folder / "run.gw");
     ASSERT_EQ(script.comments.size(), 1u);
     EXPECT_EQ(script.comments[0].text, "stays");
+}
+
+TEST(Recording, OfALongAttemptIsTakenBackToAnyOfItsLastFramesOrToNone) {
+    const test::TemporaryFolder folder;
+    const auto play = [](Recording& recording, int first, int end) {
+        for (int frame = first; frame < end; ++frame)
+            recording.frame(frame, std::vector<Command>{Advance{0.1}},
+                            [frame] { return std::uint64_t(frame); });
+    };
+    constexpr int frames = 10'000, kept = static_cast<int>(Recording::kept_frames);
+    for (const int back : {-1, frames - kept, frames - kept + 1, frames - 2, frames - 1}) {
+        Recording recording(folder / "long.gw", {}), direct(folder / "direct.gw", {});
+        play(recording, 0, frames);
+        recording.take_back(back);
+        play(recording, back + 1, back + 4);
+        recording.close([] { return 1ull; });
+        play(direct, 0, back + 4);
+        direct.close([] { return 1ull; });
+        EXPECT_EQ(io::read_text(folder / "long.gw", "", ""), io::read_text(folder / "direct.gw", "", ""))
+            << back;
+    }
 }
 
 TEST(Recording, CommentsThatCannotBeAreRefusedWithTheirLine) {
