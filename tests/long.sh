@@ -1,7 +1,8 @@
 #!/bin/bash
 # tests/long.sh [FRAMES [IMAGES]]: whether memory grows in long runs: FRAMES (1000000) frames with a command each and no images,
 # IMAGES (100000) with one each of 128 x 128, which takes 1 GB of the temporary folder, and FRAMES of two environments of Python.
-# The slope is that of a line through the resident size of the second half of a run, so that fewer frames than 500000 measure
+# The slope is that of a line through the resident size of the second half of a run but its last second, in which the score
+# takes a Fourier transform of all speeds, so that fewer frames than 500000 measure
 # how the commands are read. A run keeps the tip's speed of each frame for the score's smoothness, from the first motion until
 # the target is reached, for 262144 frames at most, so that its second half keeps none: more than 4 bytes a frame are a failure.
 set -euo pipefail
@@ -34,7 +35,7 @@ watch() {
     awk -v name="$name" -v count="$count" -v limit="$limit" '
         { size[NR] = $1 }
         END {
-            for (k = int(NR / 2) + 1; k <= NR; ++k) { ++n; x += k; y += size[k]; xx += k * k; xy += k * size[k] }
+            for (k = int(NR / 2) + 1; k <= NR - 2; ++k) { ++n; x += k; y += size[k]; xx += k * k; xy += k * size[k] }
             slope = n > 2 ? (n * xy - x * y) / (n * xx - x * x) * NR / count * 1024 : 0
             printf "%s: %d frames, %.1f s, resident %.1f MB in the middle, %.1f MB at the end, %.2f bytes a frame\n",
                    name, count, NR / 2, size[int(NR / 2) + 1] / 1024, size[NR] / 1024, slope
