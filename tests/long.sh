@@ -1,10 +1,11 @@
 #!/bin/bash
 # tests/long.sh [FRAMES [IMAGES]]: whether memory grows in long runs: FRAMES (1000000) frames with a command each and no images,
 # IMAGES (100000) with one each of 128 x 128, which takes 1 GB of the temporary folder, and FRAMES of two environments of Python.
-# The slope is that of a line through the resident size of the second half of a run but its last second, in which the score
-# takes a Fourier transform of all speeds, so that fewer frames than 500000 measure
-# how the commands are read. A run keeps the tip's speed of each frame for the score's smoothness, from the first motion until
-# the target is reached, for 262144 frames at most, so that its second half keeps none: more than 4 bytes a frame are a failure.
+# The slope is that of a line through the resident size of the second half of a run but its last second, in which the score takes
+# a Fourier transform of all speeds; fewer frames than 500000 measure how the commands are read. A run keeps the tip's speed of
+# each frame for the score's smoothness, from the first motion until the target is reached, for 262144 frames at most: more than
+# 4 bytes a frame are a failure in longer runs, and in the one with images, all of which lies within them, more than 24: their
+# array doubles, and is there twice while it does.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 frames=${1:-1000000}
