@@ -7,13 +7,7 @@ cd "$(dirname "$0")/.."
 toolchain=/usr/share/emscripten/cmake/Modules/Platform/Emscripten.cmake
 log=build/web.log
 mkdir -p build
-step() {
-    if ! "$@" >"$log" 2>&1; then
-        tail -n 40 "$log" >&2
-        printf 'web: %s failed; the whole log is in %s\n' "$1 $2" "$log" >&2
-        exit 1
-    fi
-}
+. ./app/step.sh
 [ -f build/web/build.ninja ] || printf 'web: building the engine for browsers (some minutes the first time)\n'
 step cmake -S app/web -B build/web -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$toolchain"
 step cmake --build build/web
