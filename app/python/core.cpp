@@ -22,6 +22,26 @@
 namespace app {
 namespace {
 
+/// A class whose methods and properties are Calls.
+template <class T>
+class Class : public py::class_<T> {
+public:
+    using py::class_<T>::class_;
+    template <class Function, class... Extra>
+    Class& def(const char* name, Function&& function, const Extra&... extra) {
+        py::class_<T>::def(name, std::forward<Function>(function), py::call_guard<Call>(), extra...);
+        return *this;
+    }
+    template <class Getter, class... Extra>
+    Class& def_property_readonly(const char* name, Getter&& getter, const Extra&... extra) {
+        py::class_<T>::def_property_readonly(
+            name,
+            py::cpp_function(py::method_adaptor<T>(std::forward<Getter>(getter)), py::call_guard<Call>()),
+            py::return_value_policy::reference_internal, extra...);
+        return *this;
+    }
+};
+
 /// The method of the i-th as one of a simulation.
 template <class Result, class... Arguments>
 auto first(Result (Episodes::*method)(int, Arguments...)) {
@@ -57,7 +77,7 @@ void not_to_be_made(py::class_<T>& type, const char* why) {
 }
 
 std::vector<std::uint8_t> png_of(const py::object& given) {
-    const py::array any = py::array::ensure(given);
+    const auto any = array_given<py::array>(given);
     const char kind = any ? any.dtype().kind() : ' ';
     const bool colour = any && any.ndim() == 3 && any.shape(2) == 3;
     if (!any || !(kind == 'b' || (kind == 'u' && any.itemsize() == 1)) || !(any.ndim() == 2 || colour) ||
@@ -90,7 +110,7 @@ PYBIND11_MODULE(_core, m) {
         docs::input_error;
     m.attr("InputError").attr("__module__") = "seldinger";
 
-    py::class_<State> state(m, "State", docs::state);
+    Class<State> state(m, "State", docs::state);
     not_to_be_made(state, "State: expected a state of Simulation.step(), found one that was not made");
     py::list all, attributes;
     const auto list = [&all](std::string_view name, std::string_view column, const std::string& type,
@@ -169,7 +189,7 @@ PYBIND11_MODULE(_core, m) {
     for (const std::string_view name : script::device_names()) devices.append(std::string(name));
     m.attr("_DEVICES") = devices;
 
-    py::class_<Snapshot> snapshot(m, "Snapshot", docs::snapshot);
+    Class<Snapshot> snapshot(m, "Snapshot", docs::snapshot);
     not_to_be_made(snapshot, "Snapshot: expected one of Simulation.snapshot(), found one that was not made");
     snapshot.def("__len__", [](const Snapshot& s) { return s.state.exercise.state.size(); });
     snapshot.def("__repr__", [](const Snapshot& s) {
@@ -177,12 +197,15 @@ PYBIND11_MODULE(_core, m) {
                            s.state.exercise.state.size());
     });
     // For pickles.
-    m.def("_parts", [](const State& s) { return parts_of(s); });
-    m.def("_parts", [](const Snapshot& s) { return parts_of(s); });
-    m.def("_state", [](const py::tuple& parts) { return state_of(parts); });
-    m.def("_snapshot", &snapshot_of);
+    m.def(
+        "_parts", [](const State& s) { return parts_of(s); }, py::call_guard<Call>());
+    m.def(
+        "_parts", [](const Snapshot& s) { return parts_of(s); }, py::call_guard<Call>());
+    m.def(
+        "_state", [](const py::tuple& parts) { return state_of(parts); }, py::call_guard<Call>());
+    m.def("_snapshot", &snapshot_of, py::call_guard<Call>());
 
-    py::class_<Simulation> one(m, "Simulation");
+    Class<Simulation> one(m, "Simulation");
     whole_from_the_start(one);
     one.def("_open", &Simulation::open, py::arg("file"), py::arg("text"), py::arg("devices"),
             py::arg("overrides"), py::arg("images"), py::arg("cache"), py::arg("panel"))
@@ -217,7 +240,7 @@ PYBIND11_MODULE(_core, m) {
         .def("about", &Simulation::about, docs::about)
         .def("path_from", first(&Episodes::path_length_from), py::arg("place_mm"), docs::path_from);
 
-    py::class_<VectorSimulation> several(m, "VectorSimulation");
+    Class<VectorSimulation> several(m, "VectorSimulation");
     whole_from_the_start(several);
     several
         .def("_open", &VectorSimulation::open, py::arg("like"), py::arg("n"), py::arg("threads"),
@@ -261,9 +284,12 @@ PYBIND11_MODULE(_core, m) {
 
     follow_python();
 
-    m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
-    m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);
-    m.def("_png", [](const py::object& image) { return bytes_of(png_of(image)); });
+    m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"),
+          py::call_guard<Call>());
+    m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png,
+          py::call_guard<Call>());
+    m.def(
+        "_png", [](const py::object& image) { return bytes_of(png_of(image)); }, py::call_guard<Call>());
 }
 
 }  // namespace app

@@ -704,7 +704,7 @@ private:
     }
     std::optional<Flags> checked_mask(const py::object& given, const char* what) const {
         if (given.is_none()) return {};
-        const py::array any = py::array::ensure(given);
+        const auto any = array_given<py::array>(given);
         if (any && any.dtype().kind() == 'b' && any.ndim() == 1 && any.shape(0) == size()) return Flags(any);
         throw io::InputError("{}: {} was given; expected a mask, an array of {} truth values", what,
                              std::string(py::repr(given)), size());

@@ -13,11 +13,32 @@ namespace {
 
 /// Whether this thread has a Free.
 thread_local bool within = false;
+/// This thread's Calls and its Free.
+thread_local int own = 0;
 
-/// Who is at work without the interpreter, whether Python ends, and who forks.
+/// Who is at work in calls from Python, with or without the interpreter, whether Python ends, and who forks.
 class Work {
 public:
     static Work& get() { return *current(); }
+
+    /// With the interpreter. A thread that is not to go on stops here for ever.
+    void enter() {
+        std::unique_lock lock(mutex_);
+        if (ends_ && !by_us(ender_)) {
+            lock.unlock();
+            PyEval_SaveThread();
+            lock.lock();
+            stop(lock);
+        }
+        ++busy_;
+        ++own;
+    }
+    void leave() {
+        const std::lock_guard lock(mutex_);
+        --busy_;
+        --own;
+        changed_.notify_all();
+    }
 
     /// To be called without the interpreter. A thread that is not to go on stops here for ever.
     void begin() {
@@ -25,22 +46,15 @@ public:
         changed_.wait(lock, [&] { return !forking_ || by_us(forker_); });
         if (ends_ && !by_us(ender_)) stop(lock);
         ++busy_;
+        ++own;
         ++working_;
     }
-    /// The same, when no lock of the engine is held any more; returned() follows with the interpreter.
+    /// The same, when no lock of the engine is held any more; leave() follows with the interpreter.
     void end() {
         std::unique_lock lock(mutex_);
         --working_;
         changed_.notify_all();
-        if (ends_ && !by_us(ender_)) {
-            --busy_;
-            stop(lock);
-        }
-    }
-    void returned() {
-        const std::lock_guard lock(mutex_);
-        --busy_;
-        changed_.notify_all();
+        if (ends_ && !by_us(ender_)) stop(lock);
     }
 
     /// With the interpreter, by the thread that ends Python.
@@ -50,7 +64,7 @@ public:
             std::unique_lock lock(mutex_);
             ends_ = true;
             ender_ = std::this_thread::get_id();
-            changed_.wait(lock, [&] { return busy_ == 0; });
+            changed_.wait(lock, [&] { return busy_ == own; });
         }
         PyEval_RestoreThread(saved);
     }
@@ -85,7 +99,8 @@ public:
         auto* const now = new Work;
         now->ends_ = old.ends_;
         now->ender_ = old.ender_;
-        now->busy_ = now->working_ = within ? 1 : 0;
+        now->busy_ = own;
+        now->working_ = within ? 1 : 0;
         now->torn_ = within && old.working_ > 1;
         current() = now;
     }
@@ -102,6 +117,7 @@ private:
     }
     static bool by_us(std::thread::id thread) { return thread == std::this_thread::get_id(); }
     [[noreturn]] void stop(std::unique_lock<std::mutex>& lock) {
+        busy_ -= own;
         changed_.notify_all();
         lock.unlock();
         for (;;) pause();
@@ -110,7 +126,7 @@ private:
     std::mutex mutex_;
     std::condition_variable changed_;
     int working_ = 0;  // threads with a Free
-    int busy_ = 0;     // these, and those on their way back to the interpreter
+    int busy_ = 0;     // calls of all threads, and their Frees
     bool ends_ = false, forking_ = false, torn_ = false;
     std::thread::id ender_, forker_;
 };
@@ -123,6 +139,14 @@ void require_whole() {
 }
 
 }  // namespace
+
+Call::Call() {
+    Work::get().enter();
+}
+
+Call::~Call() {
+    Work::get().leave();
+}
 
 Free::Free() {
     if (within)
@@ -139,7 +163,7 @@ Free::~Free() {
     within = false;
     Work::get().end();
     PyEval_RestoreThread(static_cast<PyThreadState*>(state_));
-    Work::get().returned();
+    Work::get().leave();
 }
 
 void look_after_python() {

@@ -26,6 +26,16 @@ private:
     void* state_;
 };
 
+/// A call from Python, which may run Python's code itself: a collection of garbage runs finalisers. Python
+/// waits for it before it ends, as it would end the thread in the middle of C++ too. With the interpreter.
+class Call {
+public:
+    Call();
+    ~Call();
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+};
+
 /// To be called from long work, without the interpreter: throws PythonEnds when Python ends; else takes the
 /// interpreter and asks for signals, whose handlers' exceptions it throws.
 void look_after_python();

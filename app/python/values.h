@@ -29,6 +29,36 @@ using geometry::Vec3;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
+/// What was given as an Array (py::array, Doubles); empty where it can't be one. Making it may run the
+/// caller's code (__array__, __float__, a handler of signals): an exception of that is the caller's, Ctrl-C
+/// among them, where Array::ensure() would drop it.
+template <class Array>
+Array array_given(py::handle given) {
+    try {
+        return Array(py::reinterpret_borrow<py::object>(given));
+    } catch (const py::error_already_set& error) {
+        for (PyObject* unfit : {PyExc_TypeError, PyExc_ValueError, PyExc_OverflowError})
+            if (error.matches(unfit)) return py::reinterpret_steal<Array>(py::handle());
+        throw;
+    }
+}
+
+}  // namespace app
+
+template <>
+struct pybind11::detail::pyobject_caster<app::Doubles> {
+    PYBIND11_TYPE_CASTER(app::Doubles, handle_type_name<app::Doubles>::name);
+
+    bool load(handle given, bool convert) {
+        if (!convert && !app::Doubles::check_(given)) return false;
+        value = app::array_given<app::Doubles>(given);
+        return static_cast<bool>(value);
+    }
+    static handle cast(const handle& array, return_value_policy, handle) { return array.inc_ref(); }
+};
+
+namespace app {
+
 inline constexpr double largest_motion = script::largest_motion;      // [mm]
 inline constexpr double largest_rotation = script::largest_rotation;  // [deg]
 inline constexpr double largest_place = 1e4;  // [mm], that of a scenario's coordinates
@@ -212,10 +242,10 @@ inline episode::ImageMode mode_of(const std::string& mode) {
 
 /// Three coordinates [mm] of what a caller gave; empty where it is not that.
 inline std::optional<Vec3> place_of(const py::object& given) {
-    const py::array any = py::array::ensure(given);
+    const auto any = array_given<py::array>(given);
     if (!any || std::string("iuf").find(any.dtype().kind()) == std::string::npos || any.size() != 3)
         return {};
-    const Doubles numbers = Doubles::ensure(any);
+    const auto numbers = array_given<Doubles>(any);
     if (!numbers) return {};
     const Vec3 place(numbers.data());
     for (const double x : place)
