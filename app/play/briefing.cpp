@@ -9,78 +9,16 @@
 #include "app/play/map.h"
 #include "app/play/play.h"
 #include "app/play/theme.h"
-#include "engine/anatomy/organs.h"
-#include "engine/exercise/grade.h"
+#include "engine/room/words.h"
 
 namespace app {
 namespace {
 
 namespace palette = render::palette;
 using render::Face;
-using room::Action;
 using room::Phase;
 
-using Lines = std::vector<std::pair<std::string, std::string>>;
-
-std::string degrees(double radians) {
-    return fmt::format("{:.0f}°", radians * 180 / std::numbers::pi);
-}
-
-std::string view_text(const render::CArm& arm) {
-    return fmt::format("{} {}, {} {}, field {:.0f} mm", arm.lao < 0 ? "RAO" : "LAO",
-                       degrees(std::abs(arm.lao)), arm.cranial < 0 ? "caudal" : "cranial",
-                       degrees(std::abs(arm.cranial)), arm.detector_width);
-}
-
-/// What a trainee reads before the start, line by line.
-Lines briefing(const scenario::Scenario& s) {
-    Lines lines;
-    const std::string name = anatomy::clinical_name(s.target.name);
-    const std::string target = name.empty()            ? "the target on the map"
-                               : name == s.target.name ? name
-                                                       : "the " + name;
-    lines.emplace_back(
-        "Task", fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.",
-                            script::name_of(s.target.device), target, s.target.radius, s.target.hold));
-    lines.emplace_back("Access", anatomy::clinical_end(s.entry.end));
-    for (const scenario::PlacedDevice& placed : s.devices)
-        lines.emplace_back("Device", fmt::format("{}, {}: {:.0f} mm inside", placed.name(),
-                                                 placed.device.title, placed.inserted));
-    lines.emplace_back("View", view_text(s.c_arm));
-    lines.emplace_back("Contrast", fmt::format("{:.0f} ml at most", s.blood.limit));
-    lines.emplace_back("Time", s.time_limit ? fmt::format("{:.0f} s", *s.time_limit) : "no limit");
-    if (s.beam_limit) lines.emplace_back("Beam", fmt::format("{:.0f} s", *s.beam_limit));
-    for (const scenario::SuggestedView& view : s.lesson.views) {
-        render::CArm arm = s.c_arm;
-        arm.lao = view.lao;
-        arm.cranial = view.cranial;
-        lines.emplace_back("Look", fmt::format("{}: {}", view_text(arm), view.shows));
-    }
-    return lines;
-}
-
-/// How the attempt is judged.
-std::string judgement(const scenario::Scenario& s) {
-    if (s.lesson.guided())
-        return fmt::format(
-            "A guided lesson of {} steps: nothing is judged, and it is passed when all of them were done and "
-            "the "
-            "target is reached.",
-            s.lesson.steps.size());
-    const scenario::Benchmark& skilled = s.lesson.benchmark;
-    if (!skilled.given())
-        return "There is no benchmark yet, and so no points: 'seldinger benchmark' makes one of recordings.";
-    std::string words = "Against skilled attempts: ";
-    for (const exercise::GradeLine& line : exercise::grade({}, skilled).lines)
-        if (line.mean && *line.mean > 0 && *line.measure->unit)
-            words += fmt::format("{}{} {}", words.ends_with(": ") ? "" : ", ", line.measure->name,
-                                 exercise::skilled_text(line));
-    if (skilled.angiograms.least() >= 1) words += "; all of them took an angiogram";
-    if (!s.patient.empty()) words += ". These were at the first patient";
-    return words + fmt::format(". {:.0f} points pass.", room::pass_mark);
-}
-
-void draw_lines(const char* name, const Lines& lines, float first) {
+void draw_lines(const char* name, const room::Lines& lines, float first) {
     if (!ImGui::BeginTable(name, 2)) return;
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, first);
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch);
@@ -146,26 +84,14 @@ void Play::draw_briefing() {
         wrapped(palette::value, s.lesson.briefing);
         ImGui::Dummy(ImVec2(0, u(6)));
     }
-    draw_lines("lines", briefing(s), u(80));
+    draw_lines("lines", room::briefing(s), u(80));
     if (has_map) {
         ImGui::TableNextColumn();
         draw_briefing_map();
         ImGui::EndTable();
     }
-    if (!free_practice_) wrapped(palette::label, judgement(s));
-    const auto first = [&](Action action) { return options_.keys.first(action); };
-    wrapped(palette::label,
-            fmt::format(
-                "Keys: {} {} push and pull, {} {} turn, {} fluoroscopy, {} {} run, {} roadmap, {} image to "
-                "the reference screen{}, {} all keys",
-                first(Action::Advance), first(Action::Withdraw), first(Action::RotateLeft),
-                first(Action::RotateRight), first(Action::Fluoroscopy), first(Action::Acquisition),
-                script::title_of(s.imaging.acquisition), first(Action::Roadmap), first(Action::Reference),
-                s.devices.size() > 1 ? fmt::format(", left hand {} {} and {} {}", first(Action::LeftAdvance),
-                                                   first(Action::LeftWithdraw), first(Action::LeftRotateLeft),
-                                                   first(Action::LeftRotateRight))
-                                     : "",
-                first(Action::Help)));
+    if (!free_practice_) wrapped(palette::label, room::judgement(s));
+    wrapped(palette::label, room::keys_line(options_.keys, s));
     ImGui::Dummy(ImVec2(0, u(4)));
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) {
         draw_progress();

@@ -7,8 +7,8 @@
 
 #include "app/play/play.h"
 #include "app/play/theme.h"
-#include "engine/anatomy/organs.h"
 #include "engine/exercise/grade.h"
+#include "engine/room/words.h"
 #include "render/panel/readout.h"
 
 namespace app {
@@ -43,17 +43,12 @@ void Play::draw_events() {
             review_.go_to(view_->runs, mark.first);
         }
         ImGui::SameLine();
-        wrapped(palette::caution, fmt::format("{}: {}, {}", exercise::handling_error_texts[kind],
-                                              exercise::amount_text(mark), exercise::place_text(mark)));
+        wrapped(palette::caution, room::error_text(mark));
         wrapped(palette::label, exercise::handling_error_advice[kind]);
         ImGui::PopID();
     }
     for (const exercise::WrongBranch& branch : score.wrong_branches)
-        wrapped(palette::caution,
-                fmt::format("The tip was in the {} {} for {:.1f} s; it does not lead to the target.",
-                            anatomy::clinical_name(branch.name),
-                            branch.entries == 1 ? "once" : fmt::format("{} times", branch.entries),
-                            branch.seconds));
+        wrapped(palette::caution, room::wrong_branch_text(branch));
     if (!score.handling_errors.empty()) wrapped(palette::faint, "A time opens the images of its moment.");
 }
 
@@ -62,13 +57,7 @@ void Play::draw_grade() {
     const exercise::Score& score = view_->score;
     const scenario::Benchmark& skilled = session_->options().scenario.lesson.benchmark;
     if (!skilled.given()) {
-        wrapped(palette::label,
-                fmt::format(
-                    "{}{:.1f} s of beam, {:.0f} ml of contrast, {:.0f} mm of travel. This exercise has no "
-                    "benchmark yet, and so no points.",
-                    score.completed_after ? fmt::format("{:.1f} s to the target, ", *score.completed_after)
-                                          : std::string(),
-                    score.beam_on_time, score.contrast, score.wire_travel));
+        wrapped(palette::label, room::without_benchmark(score));
         return;
     }
     const exercise::Grade made = grade_ ? *grade_ : exercise::grade(score, skilled);
@@ -181,17 +170,12 @@ void Play::draw_end() {
     if (shows_solution_ || is_replay_)
         wrapped(window_, Face::Title, palette::bright,
                 shows_solution_ ? "That was the solution. Your turn." : "The recording ends here");
-    else if (free_practice_)
-        wrapped(window_, Face::Title, palette::bright, "Free practice has ended");
-    else if (view_->guide && view_->guide->passed() && score.completed)
-        wrapped(window_, Face::Title, palette::good, "Lesson done: passed");
     else
-        wrapped(window_, Face::Title, score.completed ? palette::good : palette::caution,
-                score.completed     ? grade_ ? fmt::format("Target reached: {:.0f} points{}", grade_->points,
-                                                       grade_->points >= room::pass_mark ? ", passed" : "")
-                                             : std::string("Target reached")
-                    : view_->time_is_up ? "The time is over: target not reached"
-                                    : "Ended: target not reached");
+        wrapped(window_, Face::Title,
+                free_practice_                                      ? palette::bright
+                : room::is_lesson_passed(*view_) || score.completed ? palette::good
+                                                                    : palette::caution,
+                room::outcome(*view_, grade_, free_practice_));
     const scenario::Scenario& shown = session_->options().scenario;
     wrapped(palette::label,
             fmt::format("{}{}   {}", shown.title, shown.patient.empty() ? "" : ", " + shown.patient_text(),

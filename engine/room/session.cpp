@@ -1,9 +1,11 @@
 #include "engine/room/session.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <deque>
 #include <fmt/format.h>
+#include <limits>
 
 #include "engine/exercise/room_readout.h"
 #include "engine/io/error.h"
@@ -68,11 +70,49 @@ public:
         show_guide();
     }
 
+    /// Until the session ends.
     void run() {
-        try {
+        guarded([this] {
             load();
-            loop();
+            for (;;) {
+                if (view_.phase == Phase::Running) draw_ahead(next_);
+                {
+                    std::unique_lock lock(session_.mutex_);
+                    const auto called = [this] { return session_.stop_ || has_mail(); };
+                    if (view_.phase == Phase::Running)
+                        session_.changed_.wait_until(lock, next_, called);
+                    else
+                        session_.changed_.wait(lock, called);
+                    if (session_.stop_) break;
+                }
+                go_on();
+            }
             finish();
+        });
+    }
+
+    /// Session::turn().
+    std::optional<Clock::time_point> turn() {
+        guarded([this] {
+            if (!exercise_) return load();
+            const long frame = view_.frames;
+            go_on();
+            if (view_.phase == Phase::Running && view_.frames == frame) draw_ahead(next_, 1);
+        });
+        if (view_.phase != Phase::Running) return {};
+        return is_prepared_ ? next_ : Clock::now();
+    }
+    void end() {
+        guarded([this] {
+            if (exercise_) finish();
+        });
+    }
+
+private:
+    template <class Work>
+    void guarded(const Work& work) {
+        try {
+            work();
         } catch (const std::exception& error) {
             view_.phase = Phase::Failed;
             view_.error = error.what();
@@ -80,8 +120,8 @@ public:
         }
     }
 
-private:
     void load() {
+        if (view_.phase == Phase::Failed) return;
         if (options_.record.kept()) options_.record.require_writable();
         anatomy::ModelCache cache = options_.cache;
         cache.progress = [this](double part, const char* what) {
@@ -120,59 +160,59 @@ private:
         publish();
     }
 
-    void loop() {
-        auto next = Clock::now();
-        auto slow_until = next;
-        const auto period =
-            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_));
-        while (true) {
-            if (view_.phase == Phase::Running) draw_ahead(next);
-            std::vector<Control> controls;
-            std::vector<Action> deeds;
-            std::optional<exercise::Tuning> tuning;
-            std::vector<script::Comment> comments;
-            {
-                std::unique_lock lock(session_.mutex_);
-                const auto called = [this] {
-                    return session_.stop_ || !session_.controls_.empty() || !session_.deeds_.empty() ||
-                           session_.tuning_ || !session_.comments_.empty();
-                };
-                if (view_.phase == Phase::Running)
-                    session_.changed_.wait_until(lock, next, called);
-                else
-                    session_.changed_.wait(lock, called);
-                if (session_.stop_) return;
-                controls.swap(session_.controls_);
-                deeds.swap(session_.deeds_);
-                tuning = std::exchange(session_.tuning_, {});
-                comments.swap(session_.comments_);
-            }
-            if (tuning) retune(*tuning);
-            for (const script::Comment& comment : comments) keep(comment);
-            const bool stood = view_.phase != Phase::Running;
-            for (const Control control : controls) obey(control);
-            for (const Action deed : deeds) guide_did(deed);
-            if (stood) next = Clock::now();
-            if (!controls.empty() || !deeds.empty() || !comments.empty() || tuning) publish();
-            if (view_.phase != Phase::Running) continue;
-            const auto now = Clock::now();
-            if (now < next) continue;
-            if (now > next + period) {
-                ++view_.lost_frames;
-                slow_until = now + std::chrono::duration_cast<Clock::duration>(
-                                       std::chrono::duration<double>(slow_for));
-                next = now;  // a delay is not made up: no frame is skipped to catch up
-            }
-            next += period;
-            view_.slow = now < slow_until;
-            frame();
-        }
+    bool has_mail() const {
+        return !session_.controls_.empty() || !session_.deeds_.empty() || session_.tuning_ ||
+               !session_.comments_.empty();
     }
 
-    /// Uses the time before the next frame for what later ones need, while the beam is on.
-    void draw_ahead(Clock::time_point next) {
+    /// Does what was asked for, and makes the frame that is due.
+    void go_on() {
+        std::vector<Control> controls;
+        std::vector<Action> deeds;
+        std::optional<exercise::Tuning> tuning;
+        std::vector<script::Comment> comments;
+        {
+            const std::lock_guard lock(session_.mutex_);
+            controls.swap(session_.controls_);
+            deeds.swap(session_.deeds_);
+            tuning = std::exchange(session_.tuning_, {});
+            comments.swap(session_.comments_);
+        }
+        if (tuning) retune(*tuning);
+        for (const script::Comment& comment : comments) keep(comment);
+        const bool stood = view_.phase != Phase::Running;
+        for (const Control control : controls) obey(control);
+        for (const Action deed : deeds) guide_did(deed);
+        if (stood) next_ = Clock::now();
+        if (!controls.empty() || !deeds.empty() || !comments.empty() || tuning) publish();
+        if (view_.phase != Phase::Running) return;
+        const auto now = Clock::now();
+        if (now < next_) return;
+        const auto period = std::chrono::duration_cast<Clock::duration>(
+            std::chrono::duration<double>(period_ / options_.speed));
+        if (now > next_ + period) {
+            ++view_.lost_frames;
+            slow_until_ =
+                now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(slow_for));
+            next_ = now;  // a delay is not made up: no frame is skipped to catch up
+        }
+        next_ += period;
+        view_.slow = now < slow_until_;
+        is_prepared_ = false;
+        frame();
+    }
+
+    /// Uses the time before the next frame for what later ones need, while the beam is on: up to `most` parts
+    /// of it.
+    void draw_ahead(Clock::time_point next, int most = std::numeric_limits<int>::max()) {
+        is_prepared_ = true;
         if (!exercise_->simulation().console().beam_on()) return;
+        int parts = 0;
         for (auto now = Clock::now(); now + longest_part_ < next;) {
+            if (parts++ == most) {
+                is_prepared_ = false;
+                return;
+            }
             if (!exercise_->monitor()->draw_ahead()) return;
             const auto then = Clock::now();
             longest_part_ = std::max(longest_part_, then - now);
@@ -507,6 +547,8 @@ private:
     std::optional<Guide> guide_;
     std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
     Clock::duration longest_part_{};            // of what is drawn ahead
+    bool is_prepared_ = false;                  // nothing more can be drawn ahead of the next frame
+    Clock::time_point next_{}, slow_until_{};   // when the next frame is due
     LessonLog log_;
     long told_ = -1;  // version of the log in the view
     Control watch_ = Control::WatchNothing;
@@ -517,9 +559,12 @@ private:
 };
 
 Session::Session(SessionOptions options)
-    : options_(std::move(options)),
-      view_(std::make_shared<const View>()),
-      thread_([this] { Worker(*this).run(); }) {}
+    : options_(std::move(options)), view_(std::make_shared<const View>()) {
+    if (options_.own_thread)
+        thread_ = std::thread([this] { Worker(*this).run(); });
+    else
+        worker_ = std::make_unique<Worker>(*this);
+}
 
 Session::~Session() {
     {
@@ -527,8 +572,14 @@ Session::~Session() {
         stop_ = true;
     }
     changed_.notify_all();
-    thread_.join();
+    if (worker_) worker_->end();
+    if (thread_.joinable()) thread_.join();
     if (options_.recorded && !view_->recorded.empty()) options_.recorded(view_->recorded);
+}
+
+std::optional<Clock::time_point> Session::turn() {
+    assert(worker_);
+    return worker_->turn();
 }
 
 }  // namespace room

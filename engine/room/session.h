@@ -1,7 +1,8 @@
 #pragma once
-/// One exercise in the room, on a thread of its own: frames are made at their rate, whatever the window does.
-/// Input of the hands in between becomes the commands of the next frame; the result is a View that is never
-/// changed afterwards. Wall-clock time decides when a frame is made, never what is in it.
+/// One exercise in the room, on a thread of its own: frames are made at their rate, whatever the window does;
+/// or, where a page has but one, in turns that its caller gives it. Input of the hands in between becomes the
+/// commands of the next frame; the result is a View that is never changed afterwards. Wall-clock time decides
+/// when a frame is made, never what is in it.
 
 #include <chrono>
 #include <condition_variable>
@@ -112,6 +113,8 @@ struct SessionOptions {
     /// Throws nothing.
     std::function<void(const std::filesystem::path&)> recorded = {};
     std::function<void()> wake;  // called from the session's thread when there is a new view
+    bool own_thread = true;      // else nothing is done but in turn()
+    double speed = 1;            // at which a script is shown: so many times faster than it was made
 };
 
 class Session {
@@ -139,6 +142,11 @@ public:
     void give(const script::TeacherScreen&);
     std::shared_ptr<const View> view() const;
 
+    /// Of a session without a thread of its own: does what is due, at first the loading, then at most one
+    /// frame, and prepares a part of what later frames need. Returns when it is to be called again at the
+    /// latest; empty = when something was given.
+    std::optional<Clock::time_point> turn();
+
     const SessionOptions& options() const { return options_; }
     /// The vessels, once they are loaded; null before.
     std::shared_ptr<const anatomy::Anatomy> anatomy() const;
@@ -161,7 +169,8 @@ private:
     script::TeacherScreen screen_ = script::usual_screen;
     std::shared_ptr<const View> view_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;
-    std::thread thread_;  // last, as it starts when everything else exists
+    std::unique_ptr<Worker> worker_;  // of a session in turns
+    std::thread thread_;              // last, as it starts when everything else exists
 };
 
 }  // namespace room

@@ -56,6 +56,11 @@ std::string figure_text(std::optional<double> value, int decimals) {
     return result;
 }
 
+std::string dose_text(std::optional<double> value) {
+    const double size = value ? std::abs(*value) : 0.0;
+    return figure_text(value, size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2);
+}
+
 std::string centimetre_text(std::optional<double> length) {
     if (length) *length *= 0.1;
     return figure_text(length, 0);

@@ -107,6 +107,8 @@ bool is_known(std::optional<double>);  // present and finite
 /// The value with `decimals` digits after the point in any locale, "--" when not known.
 std::string figure_text(std::optional<double> value, int decimals);
 
+/// About three digits: "6.12", "41.7", "1620".
+std::string dose_text(std::optional<double> value);
 std::string centimetre_text(std::optional<double> length);  // [mm] to "110", "--"
 std::string rate_text(std::optional<double> rate);          // pulses per second: "15", "7.5", "--"
 std::string primary_angle_text(double lao);                 // [rad] to "LAO 30°", "RAO 12°", "LAO --"

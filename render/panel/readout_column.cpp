@@ -111,12 +111,6 @@ std::string signed_text(std::optional<double> value, int decimals) {
     return is_known(value) && *value > 0.0 ? "+" + text : text;
 }
 
-/// Rounds to about three digits: "6.12", "41.7", "1620".
-std::string dose_text(std::optional<double> value) {
-    const double size = value ? std::abs(*value) : 0.0;
-    return figure_text(value, size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2);
-}
-
 /// Returns the upper edge of the content. `note` stands at the right end of the line.
 float heading(Canvas& canvas, const Box& area, std::string_view name, std::string_view note = {},
               Ink note_ink = palette::value) {

@@ -1,0 +1,234 @@
+// The engine in a worker: loads seldinger.wasm and the files of exercises, gives the engine its turns, and passes
+// messages between it and the page. `is` names what a message to the page is, `do` what the page asks for.
+'use strict';
+
+importScripts('seldinger.js');
+
+let engine, files, opened = null, timer = 0, ended = false;
+
+function call(name, ...given) {
+    const types = given.map(value => (typeof value === 'number' ? 'number' : 'string'));
+    const said = JSON.parse(engine.ccall('seldinger_' + name, 'string', types, given));
+    if (said.error) throw new Error(said.error);
+    return said;
+}
+
+// ---- Files
+
+async function bytes_of(entry, told = () => {}) {
+    const answer = await fetch(entry.path);
+    if (!answer.ok)
+        throw new Error(`${entry.path}: expected the file, found HTTP status ${answer.status} (${answer.statusText})`);
+    const reader = answer.body.getReader(), parts = [];
+    let size = 0;
+    for (;;) {
+        const {done, value} = await reader.read();
+        if (done) break;
+        parts.push(value);
+        size += value.length;
+        told(size);
+    }
+    const data = new Uint8Array(size);
+    let at = 0;
+    for (const part of parts) {
+        data.set(part, at);
+        at += part.length;
+    }
+    if (size !== entry.bytes) throw new Error(`${entry.path}: expected ${entry.bytes} bytes, found ${size}`);
+    if (self.crypto && crypto.subtle) {  // not on pages without HTTPS, but for those of this computer
+        const hash = [...new Uint8Array(await crypto.subtle.digest('SHA-256', data))];
+        const text = hash.map(byte => byte.toString(16).padStart(2, '0')).join('');
+        if (text !== entry.hash) throw new Error(`${entry.path}: the file is damaged; expected SHA-256 ${entry.hash}, found ${text}`);
+    }
+    return data;
+}
+
+async function unpacked(data, name) {
+    try {
+        const stream = new Blob([data]).stream().pipeThrough(new DecompressionStream('gzip'));
+        return new Uint8Array(await new Response(stream).arrayBuffer());
+    } catch (error) {
+        throw new Error(`${name}: expected gzip data, found something else (${error.message})`);
+    }
+}
+
+// A bundle: 'SELDWEB1', the length of its table (4 bytes, little endian), the table [[name, bytes]…] as JSON, contents.
+function put(bundle, name) {
+    const text = new TextDecoder();
+    if (text.decode(bundle.subarray(0, 8)) !== 'SELDWEB1')
+        throw new Error(`${name}: expected files of Seldinger, found something else`);
+    const length = new DataView(bundle.buffer, bundle.byteOffset).getUint32(8, true);
+    let at = 12 + length;
+    for (const [path, size] of JSON.parse(text.decode(bundle.subarray(12, at)))) {
+        if (at + size > bundle.length) throw new Error(`${name}: ends within ${path}`);
+        engine.FS.mkdirTree(path.slice(0, path.lastIndexOf('/')));
+        engine.FS.writeFile(path, bundle.subarray(at, at + size));
+        at += size;
+    }
+}
+
+async function fetch_bundle(name, told) {
+    const entry = files.bundles[name];
+    if (!entry) throw new Error(`expected the files of '${name}' among those of this page, found none`);
+    put(await unpacked(await bytes_of(entry, told), entry.path), entry.path);
+}
+
+// Vessels and bodies that other exercises have too are loaded once; those of the last exercise alone are kept.
+let kept = [];
+async function fetch_exercise(name) {
+    const needed = files.exercises[name];
+    if (!needed) throw new Error(`expected the name of an exercise, found '${name}'`);
+    for (const bundle of kept.filter(bundle => !needed.includes(bundle)))
+        for (const path of files.bundles[bundle].holds) engine.FS.unlink(path);
+    const missing = needed.filter(bundle => !kept.includes(bundle));
+    kept = needed.filter(bundle => kept.includes(bundle));
+    const whole = missing.reduce((sum, bundle) => sum + files.bundles[bundle].bytes, 0) || 1;
+    let before = 0;
+    for (const bundle of missing) {
+        await fetch_bundle(bundle, size =>
+            postMessage({is: 'loading', exercise: name, part: 0.7 * (before + size) / whole, doing: 'fetching the patient'}));
+        before += files.bundles[bundle].bytes;
+        kept.push(bundle);
+    }
+}
+
+// ---- Images
+
+function image_of(which, size) {
+    if (!size) return null;
+    const at = engine.ccall('seldinger_pixels', 'number', ['number'], [which]);
+    return {...size, pixels: engine.HEAPU8.slice(at, at + size.width * size.height)};
+}
+
+function post_view(view) {
+    const moved = [];
+    for (const [name, which] of [['image', 0], ['reference', 1]]) {
+        if (!(name in view)) continue;
+        view[name] = image_of(which, view[name]);
+        if (view[name]) moved.push(view[name].pixels.buffer);
+    }
+    postMessage({is: 'view', ...view}, moved);
+}
+
+// ---- The exercise's turns
+
+function turn() {
+    clearTimeout(timer);
+    if (!opened) return;
+    let said;
+    try {
+        said = call('turn');
+    } catch (error) {
+        return fail(error);
+    }
+    const view = said.view;
+    if (view) {
+        if (view.phase === 'failed') return fail(new Error(view.error));
+        if (opened.phase !== view.phase && view.phase === 'ready') postMessage({is: 'briefing', ...call('briefing')});
+        opened.phase = view.phase;
+        post_view(view);
+        if (view.phase === 'ended' && !ended) {
+            ended = true;
+            post_end();
+        }
+    }
+    if (said.next !== null) timer = setTimeout(turn, said.next);
+}
+
+function post_end() {
+    const end = call('end');
+    let recording = null;
+    if (end.file) {
+        const bytes = engine.FS.readFile(end.file);
+        recording = {name: end.file.slice(end.file.lastIndexOf('/') + 1), bytes};
+    }
+    delete end.file;
+    postMessage({is: 'end', ...end, recording});
+}
+
+function fail(error) {
+    console.error(error.stack);
+    clearTimeout(timer);
+    opened = null;
+    postMessage({is: 'failed', error: String(error.message || error)});
+}
+
+async function open(wanted) {
+    clearTimeout(timer);
+    opened = null;
+    const mine = {exercise: wanted.exercise, phase: ''};
+    latest = mine;
+    call('close');
+    await fetch_exercise(wanted.exercise);
+    if (latest !== mine) return;  // another one was asked for meanwhile
+    if (wanted.replay) {
+        engine.FS.writeFile('/replay.gw', wanted.replay);
+        wanted = {...wanted, replay: '/replay.gw'};
+    } else {
+        wanted = {...wanted, replay: null};
+    }
+    call('open', JSON.stringify(wanted));
+    opened = mine;
+    ended = false;
+    turn();
+}
+let latest = null;
+
+const acts = {
+    open,
+    close() {
+        latest = opened = null;
+        clearTimeout(timer);
+        call('close');
+    },
+    input(input) {
+        call('give', JSON.stringify(input));
+    },
+    keyPressed({action}) {
+        call('control', action);
+        turn();
+    },
+    look(wanted) {
+        const {width, height, ...told} = call('look', JSON.stringify(wanted));
+        const image = image_of(2, {width, height});
+        postMessage({is: 'picture', ...told, ...image}, [image.pixels.buffer]);
+    }
+};
+for (const word of ['start', 'pause', 'resume', 'takeBack', 'finish', 'skipStep'])
+    acts[word] = () => {
+        call('control', word);
+        turn();
+    };
+
+let queue = Promise.resolve();
+onmessage = ({data}) => {
+    queue = queue.then(() => {
+        const act = acts[data.do];
+        if (!act) throw new Error(`the page asked for '${data.do}', which there is not`);
+        return act(data);
+    }).catch(fail);
+};
+
+// ---- The engine
+
+queue = (async () => {
+    const answer = await fetch('files.json');
+    if (!answer.ok) throw new Error(`files.json: expected the list of files, found HTTP status ${answer.status}`);
+    files = await answer.json();
+    const wasmBinary = await bytes_of(files.engine, size => postMessage({is: 'engine', part: 0.9 * size / files.engine.bytes}));
+    engine = await makeSeldinger({
+        wasmBinary,
+        print: text => console.log(text),
+        printErr: text => console.warn(text)
+    });
+    await fetch_bundle('common');
+    engine.FS.mkdirTree('/cache');
+    engine.FS.mkdirTree('/attempts');
+    const about = call('begin');
+    for (const exercise of about.exercises) {
+        const needed = files.exercises[exercise.name] || [];
+        exercise.megabytes = needed.reduce((sum, bundle) => sum + files.bundles[bundle].bytes, 0) / 1e6;
+    }
+    about.exercises = about.exercises.filter(exercise => files.exercises[exercise.name]);
+    postMessage({is: 'ready', ...about});
+})().catch(fail);
