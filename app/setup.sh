@@ -21,8 +21,8 @@ tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
     python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
 "
-# nodejs is what Emscripten runs on.
-web="emscripten nodejs"
+# nodejs and node-acorn are what Emscripten runs on.
+web="emscripten nodejs node-acorn"
 tools="doxygen mkdocs mkdocs-material debootstrap clang-format clang-tidy clang libclang-rt-dev libbenchmark-dev"
 
 fail() {

@@ -1,10 +1,10 @@
 // node app/web/bundles.js PROGRAM ROOT OUT: what the page needs beside its engine. Each exercise is opened once by the
-// program, which makes its vessels, walls and patient; each of these files becomes OUT/data/NAME.gz. OUT/files.json lists
-// them with their sizes and hashes:
+// program, which makes its vessels, walls and patient; each of these files becomes OUT/data/NAME.gz (page/worker.js says
+// what is in it). OUT/exercises.json is for the worker:
 //
-//     {"engine": FILE, "page": [FILE…], "bundles": {"common": FILE…}, "exercises": {"renal": ["anatomy-…", …]}}
+//     {"engine": FILE, "bundles": {"common": FILE…}, "exercises": {"renal": ["anatomy-…", …]}}
 //
-// with FILE = {"path", "bytes", "hash"}, the hash SHA-256. A bundle is described in page/worker.js.
+// and OUT/files.json, a list of all FILEs, for the service worker. FILE = {"path", "bytes", "hash"}, the hash SHA-256.
 'use strict';
 const { spawnSync } = require('child_process');
 const crypto = require('crypto');
@@ -70,7 +70,7 @@ try {
     const assets = path.join(root, 'assets');
     const common = files_below(assets, name => /[.](toml|gw)$/.test(name))
         .map(file => ['/assets/' + path.relative(assets, file), fs.readFileSync(file)]);
-    const made = { engine: described(path.join(out, 'seldinger.wasm')), page: [], bundles: {}, exercises: {} };
+    const made = { engine: described(path.join(out, 'seldinger.wasm')), bundles: {}, exercises: {} };
     made.bundles.common = bundle('common', common);
     const names = files_below(path.join(assets, 'scenarios'), name => /[.]toml$/.test(name) && name !== 'benchmark.toml')
         .map(file => path.basename(file, '.toml'));
@@ -90,10 +90,14 @@ try {
     }
     if (process.stdout.isTTY) process.stdout.write('\n');
     pages.push(path.join(out, 'seldinger.js'));
-    made.page = pages.map(described);
     const listed = new Set(Object.values(made.bundles).map(each => path.join(out, each.path)));
     for (const file of files_below(path.join(out, 'data'), () => true)) if (!listed.has(file)) fs.unlinkSync(file);
-    fs.writeFileSync(path.join(out, 'files.json'), JSON.stringify(made, null, 1));
+    const list = path.join(out, 'exercises.json');
+    fs.writeFileSync(list, JSON.stringify(made, null, 1));
+    const later = Object.entries(made.bundles).map(([name, { path, bytes, hash }]) =>
+        ({ path, bytes, hash, ...(name === 'common' ? {} : { later: true }) }));
+    fs.writeFileSync(path.join(out, 'files.json'),
+                     JSON.stringify([...[...pages, list].map(described), made.engine, ...later], null, 1));
     const sizes = names.map(name => made.exercises[name].reduce((sum, each) => sum + made.bundles[each].bytes, 0));
     console.log(`web: ${names.length} exercises, the largest ${(Math.max(...sizes) / 1e6).toFixed(1)} MB compressed`);
 } finally {

@@ -1,5 +1,7 @@
 /// What the page's worker calls: the room of the engine, with answers as JSON.
 
+#include "engine/debrief/page.h"
+
 #include <algorithm>
 #include <chrono>
 #include <emscripten.h>
@@ -12,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/debrief/story.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score_file.h"
@@ -44,6 +47,12 @@ anatomy::ModelCache baked() {
     cache.folder = "/cache";
     return cache;
 }
+
+// clang-format off
+EM_JS(void, tell_progress, (double part, const char* doing), {
+    if (Module.progress) Module.progress(part, UTF8ToString(doing));
+});
+// clang-format on
 
 /// The answer lives until the next call.
 const char* answer(const Json& json) {
@@ -284,6 +293,11 @@ public:
         options.keys = keys_;
         options.free_practice = is_free_;
         options.own_thread = false;
+        options.wake = [this] {
+            if (const auto view = session_ ? session_->view() : nullptr;
+                view && view->phase == Phase::Loading)
+                tell_progress(view->loading, view->doing.c_str());
+        };
         if (is_solution_) options.script = script::load_commands(solution(name));
         is_replay_ = wanted.contains("replay") && wanted["replay"].is_string();
         if (is_replay_) options.script = script::load_commands(wanted["replay"].get<std::string>());
@@ -437,6 +451,29 @@ public:
         throw io::InputError("expected the number of a run, found {}", number);
     }
 
+    /// Writes the page about a recording of an exercise into `to`.
+    static Json debrief(const Json& wanted) {
+        const std::string recording = wanted.at("recording");
+        debrief::StoryOptions options;
+        options.cache = baked();
+        options.progress = [](double part, const char* what) { tell_progress(part, what); };
+        const script::CommandScript script = script::load_commands(recording);
+        auto story = debrief::tell(scenario::load_scenario(file_of(wanted.at("exercise")), devices, {}),
+                                   script, options);
+        if (!story) throw io::InputError("the debriefing was interrupted");
+        story->file = wanted.value("name", recording);
+        io::write_whole(wanted.at("to").get<std::string>(), debrief::page(std::span(&*story, 1), nullptr));
+        return Json::object();
+    }
+
+    /// The exercise that a recording names.
+    static Json exercise_of(const std::string& recording) {
+        const script::CommandScript script = script::load_commands(recording);
+        if (!script.origin || script.origin->scenario.empty())
+            throw io::InputError("{}: expected a recording that names its exercise", recording);
+        return {{"exercise", script.origin->scenario}, {"learner", script.origin->learner}};
+    }
+
     const std::uint8_t* pixels(int which) const {
         const std::shared_ptr<const render::GrayImage> image = which == 2   ? looked_
                                                                : !view_     ? nullptr
@@ -580,6 +617,15 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_end() {
 /// {"run": 1, "image": 5, "mask": 0, "shiftX": 0, "shiftY": 0, "window": 256, "level": 128}.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_look(const char* wanted) {
     return app::answered([&] { return app::Room::get().look(app::Json::parse(wanted)); });
+}
+/// {"exercise": "renal", "recording": FILE, "name": "renal-001.gw", "to": FILE}: writes the page of a
+/// debriefing.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_debrief(const char* wanted) {
+    return app::answered([&] { return app::Room::debrief(app::Json::parse(wanted)); });
+}
+/// {"exercise": "renal", "learner": ""} of a recording.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_about(const char* recording) {
+    return app::answered([&] { return app::Room::exercise_of(recording); });
 }
 /// Grey values of 0 the live image, 1 the reference image, 2 what seldinger_look() showed; null where there
 /// is none.

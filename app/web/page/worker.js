@@ -147,7 +147,6 @@ function post_end() {
 }
 
 function fail(error) {
-    console.error(error.stack);
     clearTimeout(timer);
     opened = null;
     postMessage({is: 'failed', error: String(error.message || error)});
@@ -170,9 +169,10 @@ async function open(wanted) {
     call('open', JSON.stringify(wanted));
     opened = mine;
     ended = false;
+    progress_of = {exercise: wanted.exercise, from: 0.7, doing: ''};
     turn();
 }
-let latest = null;
+let latest = null, progress_of = {exercise: '', from: 0, doing: ''};
 
 const acts = {
     open,
@@ -187,6 +187,16 @@ const acts = {
     keyPressed({action}) {
         call('control', action);
         turn();
+    },
+    // A recording of any exercise: its own files are fetched.
+    async debrief({recording, name}) {
+        engine.FS.writeFile('/debriefed.gw', recording);
+        const {exercise} = call('about', '/debriefed.gw');
+        if (opened && latest.exercise !== exercise) acts.close();
+        await fetch_exercise(exercise);
+        progress_of = {exercise, from: 0, doing: 'making the debriefing'};
+        call('debrief', JSON.stringify({exercise, recording: '/debriefed.gw', name, to: '/debriefing.html'}));
+        postMessage({is: 'debriefing', html: engine.FS.readFile('/debriefing.html', {encoding: 'utf8'})});
     },
     look(wanted) {
         const {width, height, ...told} = call('look', JSON.stringify(wanted));
@@ -212,14 +222,18 @@ onmessage = ({data}) => {
 // ---- The engine
 
 queue = (async () => {
-    const answer = await fetch('files.json');
-    if (!answer.ok) throw new Error(`files.json: expected the list of files, found HTTP status ${answer.status}`);
+    const answer = await fetch('exercises.json');
+    if (!answer.ok) throw new Error(`exercises.json: expected the list of files, found HTTP status ${answer.status}`);
     files = await answer.json();
     const wasmBinary = await bytes_of(files.engine, size => postMessage({is: 'engine', part: 0.9 * size / files.engine.bytes}));
     engine = await makeSeldinger({
         wasmBinary,
         print: text => console.log(text),
         printErr: text => console.warn(text)
+    });
+    engine.progress = (part, doing) => postMessage({
+        is: 'loading', exercise: progress_of.exercise, part: progress_of.from + (1 - progress_of.from) * part,
+        doing: progress_of.doing || doing
     });
     await fetch_bundle('common');
     engine.FS.mkdirTree('/cache');
