@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/debrief/course.h"
+#include "engine/debrief/course_page.h"
 #include "engine/debrief/story.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/grade.h"
@@ -250,12 +252,7 @@ public:
     Json begin() {
         keys_ = room::load_keys("/assets/keys.toml");
         Json exercises = Json::array();
-        std::vector<std::filesystem::path> files;
-        for (const auto& entry : std::filesystem::directory_iterator(scenarios))
-            if (entry.path().extension() == ".toml" && entry.path().stem() != "benchmark")
-                files.push_back(entry.path());
-        std::ranges::sort(files);
-        for (const std::filesystem::path& file : files) {
+        for (const std::filesystem::path& file : scenario_files()) {
             const scenario::Scenario s = scenario::load_scenario(file, devices, {});
             std::error_code ignored;
             exercises.push_back({{"name", s.name},
@@ -466,6 +463,39 @@ public:
         return Json::object();
     }
 
+    /// Figures of recordings, which are kept; with "to" the teacher's page about them, written there.
+    static Json course(const Json& wanted) {
+        std::vector<std::filesystem::path> files;
+        for (const std::string file : wanted.at("files")) files.emplace_back(file);
+        debrief::CourseOptions options;
+        options.scenario = [](const script::CommandScript& recording) {
+            const std::string name = recording.origin ? recording.origin->scenario : "";
+            std::error_code ignored;
+            if (!std::filesystem::exists(file_of(name), ignored))
+                throw io::InputError("its exercise '{}' is none of this page's", name);
+            return scenario::load_scenario(file_of(name), devices, {});
+        };
+        options.cache = baked();
+        options.program_hash = program;
+        options.jobs = 1;
+        options.progress = [](std::size_t done, std::size_t of) {
+            tell_progress(static_cast<double>(done) / static_cast<double>(of), "playing the recordings");
+        };
+        const auto rows = debrief::course_of(files, options);
+        if (!rows) throw io::InputError("the course was interrupted");
+        if (wanted.contains("to")) {
+            std::vector<scenario::Scenario> all;
+            for (const std::filesystem::path& file : scenario_files())
+                all.push_back(scenario::load_scenario(file, devices, {}));
+            std::ranges::stable_sort(all, {}, [](const scenario::Scenario& s) { return s.lesson.level; });
+            io::write_whole(
+                wanted["to"].get<std::string>(),
+                debrief::course_page(*rows, debrief::usual_plan(all), wanted.value("title", "Course"),
+                                     debrief::day_of(std::chrono::system_clock::now())));
+        }
+        return {{"attempts", rows->size()}};
+    }
+
     /// The exercise that a recording names.
     static Json exercise_of(const std::string& recording) {
         const script::CommandScript script = script::load_commands(recording);
@@ -483,6 +513,14 @@ public:
     }
 
 private:
+    static std::vector<std::filesystem::path> scenario_files() {
+        std::vector<std::filesystem::path> files;
+        for (const auto& entry : std::filesystem::directory_iterator(scenarios))
+            if (entry.path().extension() == ".toml" && entry.path().stem() != "benchmark")
+                files.push_back(entry.path());
+        std::ranges::sort(files);
+        return files;
+    }
     static std::filesystem::path file_of(const std::string& name) {
         return std::filesystem::path(scenarios) / (name + ".toml");
     }
@@ -622,6 +660,11 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_look(const char* wanted) {
 /// debriefing.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_debrief(const char* wanted) {
     return app::answered([&] { return app::Room::debrief(app::Json::parse(wanted)); });
+}
+/// {"files": [FILE…], "to": FILE, "title": "…"}: plays recordings, whose exercises' files must be there, and
+/// keeps their figures; with "to" it writes a teacher's page, for which figures that are kept are enough.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_course(const char* wanted) {
+    return app::answered([&] { return app::Room::course(app::Json::parse(wanted)); });
 }
 /// {"exercise": "renal", "learner": ""} of a recording.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_about(const char* recording) {

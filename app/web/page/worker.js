@@ -198,6 +198,37 @@ const acts = {
         call('debrief', JSON.stringify({exercise, recording: '/debriefed.gw', name, to: '/debriefing.html'}));
         postMessage({is: 'debriefing', html: engine.FS.readFile('/debriefing.html', {encoding: 'utf8'})});
     },
+    // Recordings of any exercises: those of one exercise after those of another are played, as their files come.
+    async course({recordings, title}) {
+        acts.close();
+        const folder = '/course', groups = new Map(), paths = [];
+        engine.FS.mkdirTree(folder);
+        try {
+            for (const {name, bytes} of recordings) {
+                const path = `${folder}/${paths.length}-${name.replaceAll('/', '_')}`;
+                engine.FS.writeFile(path, bytes);
+                paths.push(path);
+                let exercise = null;
+                try {
+                    exercise = call('about', path).exercise;
+                } catch {
+                    continue;  // it does not count, and the page says why
+                }
+                if (!files.exercises[exercise]) continue;
+                if (!groups.has(exercise)) groups.set(exercise, []);
+                groups.get(exercise).push(path);
+            }
+            for (const [exercise, its] of groups) {
+                await fetch_exercise(exercise);
+                progress_of = {exercise, from: 0, doing: 'playing the recordings'};
+                call('course', JSON.stringify({files: its}));
+            }
+            call('course', JSON.stringify({files: paths, to: '/course.html', title: title || 'Course'}));
+            postMessage({is: 'course', html: engine.FS.readFile('/course.html', {encoding: 'utf8'})});
+        } finally {
+            for (const path of paths) engine.FS.unlink(path);
+        }
+    },
     look(wanted) {
         const {width, height, ...told} = call('look', JSON.stringify(wanted));
         const image = image_of(2, {width, height});
