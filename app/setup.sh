@@ -3,7 +3,8 @@
 #   run      what playing, the demo and all commands are built from and need
 #   python   the Python module besides
 #   test     what the tests need: both of these, browsers, DICOM tools, a cluster of one machine
-#   web      what the engine for browsers is built with, besides
+#   web      what the page is built with, besides
+#   browser  what tests of pages look at them with
 #   develop  all but that, and what formats, checks, fuzzes and measures the code (the default)
 set -eu
 
@@ -17,8 +18,9 @@ run="
     fonts-dejavu-core
 "
 python="pybind11-dev python3-dev python3-numpy"
+browser="chromium"
 tests="
-    libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
+    libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev $browser dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
     python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
 "
 # nodejs and node-acorn are what Emscripten runs on.
@@ -38,8 +40,9 @@ for part in "$@"; do
     python) packages="$packages $run $python" ;;
     test) packages="$packages $run $python $tests" ;;
     web) packages="$packages $run $web" ;;
+    browser) packages="$packages $browser" ;;
     develop) packages="$packages $run $python $tests $tools" ;;
-    *) fail "expected run, python, test, web or develop, found '$part'" ;;
+    *) fail "expected run, python, test, web, browser or develop, found '$part'" ;;
     esac
 done
 

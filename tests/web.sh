@@ -1,9 +1,10 @@
 #!/bin/sh
-# tests/web.sh: plays the solutions that ship by the program, and replays the recordings in the engine for browsers, under
-# node: each state must have the same bits. Not part of tests/run.sh: it builds the engine once more, with Emscripten.
+# tests/web.sh: plays the solutions that ship by the program, and replays the recordings in the page's engine, under node:
+# each state must have the same bits. Then the page itself in chromium (tests/web/page_test.js); pictures of it are in
+# build/web-pictures. Not part of tests/run.sh: it builds the engine once more, with Emscripten.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh run
+./app/setup.sh run web browser
 ./app/build.sh release seldinger
 ./app/web.sh
 work=$(mktemp -d)
@@ -17,3 +18,4 @@ for file in assets/scripts/*.gw; do
 done
 # Debian's loader takes fetch() for a browser's.
 node --no-experimental-fetch tests/web/replay.js build/web/seldinger.js assets "$work/cache" "$work/runs"
+node tests/web/page_test.js build/web build/release/bin/seldinger build/web-pictures

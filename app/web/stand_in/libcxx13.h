@@ -74,9 +74,12 @@ inline to_chars_result chars_of(const string& text, char* first, char* last) {
     if (last - first < static_cast<ptrdiff_t>(text.size())) return {last, errc::value_too_large};
     return {std::copy(text.begin(), text.end(), first), errc{}};
 }
-inline to_chars_result to_chars(char* first, char* last, double value, chars_format, int digits) {
-    char text[64];
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
+inline to_chars_result to_chars(char* first, char* last, double value, chars_format format, int digits) {
+    char text[400];
+    const char* const as = format == chars_format::fixed        ? "%.*f"
+                           : format == chars_format::scientific ? "%.*e"
+                                                                : "%.*g";
+    std::snprintf(text, sizeof(text), as, digits, value);
     return chars_of(text, first, last);
 }
 /// The shortest digits that are read back as this number, in the shorter of both notations.

@@ -1,0 +1,143 @@
+// node tests/web/page_test.js PAGE PROGRAM PICTURES: a trainee's way in Debian's chromium, from the front page by keys to the
+// recording, which the program replays; what a page promises besides: offline, damaged files, no WebGL 2, small and large
+// screens. PICTURES gets screenshots to be looked at. Code 1 where something is not as promised.
+'use strict';
+const { execFileSync, spawnSync } = require('child_process');
+const fs = require('fs');
+const os = require('os');
+const path = require('path');
+const { start } = require('./browser.js');
+const { serve } = require('./server.js');
+
+const [folder, program, pictures] = process.argv.slice(2).map(given => path.resolve(given));
+const sleep = ms => new Promise(resolve => setTimeout(resolve, ms));
+const work = fs.mkdtempSync(path.join(os.tmpdir(), 'page-'));
+let failures = 0;
+
+function expect(fits, what) {
+    if (fits) return;
+    ++failures;
+    console.log(`page: ${what}`);
+}
+
+/// What the console has but what belongs to chromium alone.
+function complaints(page) {
+    return page.console.filter(({ text, level, type }) =>
+        !/GPU stall|GL Driver|swiftshader|SwiftShader/.test(text) && (type !== 'rendering' || level === 'error'));
+}
+
+async function with_page(options, visit) {
+    const server = await serve(folder), browser = await start(options);
+    try {
+        await visit(browser.page, server, browser);
+    } finally {
+        await browser.stop();
+        await server.stop();
+    }
+}
+
+const shown = id => `document.getElementById('${id}')?.offsetParent !== null`;
+
+async function open(page, server, name, how = 'first') {
+    await page.go(server.url + 'index.html');
+    await page.until(`document.querySelector('[data-exercise=${name}]')`, 60);
+    const began = Date.now();
+    await page.eval(`document.querySelector('[data-exercise=${name}] .${how}').click()`);
+    await page.until(`${shown('start')} && !document.getElementById('start').disabled`, 60);
+    return Date.now() - began;
+}
+
+/// Brings the wire of 'straight' to its target as a trainee does, by keys; the recording's bytes.
+async function whole_exercise(page, server) {
+    const loaded = await open(page, server, 'straight');
+    console.log(`page: the briefing of 'straight' is complete after ${loaded} ms`);
+    await page.screenshot(path.join(pictures, 'briefing.png'));
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(3500);
+    await page.key('Space', { down: true });
+    await page.key('ArrowUp', { down: true });
+    await sleep(2000);
+    await page.screenshot(path.join(pictures, 'room.png'));
+    await page.until(`document.body.dataset.screen === 'end'`, 60);
+    await page.key('ArrowUp', { up: true });
+    await page.key('Space', { up: true });
+    await page.screenshot(path.join(pictures, 'end.png'));
+    const title = await page.eval(`document.querySelector('#end h1').textContent`);
+    expect(/^Target reached/.test(title), `expected 'Target reached' after the wire was pushed, found '${title}'`);
+    const base64 = await page.eval(`(async () => {
+        const blobs = [];
+        const made = URL.createObjectURL;
+        URL.createObjectURL = blob => { blobs.push(blob); return made(blob); };
+        HTMLAnchorElement.prototype.click = () => {};
+        document.getElementById('download').click();
+        for (let k = 0; k < 50 && blobs.length === 0; ++k) await new Promise(resolve => setTimeout(resolve, 100));
+        URL.createObjectURL = made;
+        return btoa(String.fromCharCode(...new Uint8Array(await blobs[0].arrayBuffer())));
+    })()`);
+    return Buffer.from(base64, 'base64');
+}
+
+(async () => {
+    fs.mkdirSync(pictures, { recursive: true });
+
+    await with_page({ width: 1280, height: 800 }, async (page, server) => {
+        const recording = path.join(work, 'straight-001.gw');
+        fs.writeFileSync(recording, await whole_exercise(page, server));
+        const replayed = spawnSync(program, ['replay', recording, '--cache', path.join(work, 'cache')], { encoding: 'utf8' });
+        console.log(`page: ${replayed.stdout.trim()}`);
+        expect(replayed.status === 0 && /all equal/.test(replayed.stdout),
+               `the recording: expected states that the program reaches too, found: ${replayed.stdout}${replayed.stderr}`);
+        const score = spawnSync(program, ['score', recording, '--cache', path.join(work, 'cache')], { encoding: 'utf8' });
+        expect(score.status === 0, `score: ${score.stderr}`);
+        expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+
+        // Without a server: the page that was visited, and its exercise.
+        await page.until('navigator.serviceWorker.controller || navigator.serviceWorker.ready.then(() => true)', 60);
+        await sleep(3000);
+        await page.reload();
+        await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
+        await page.offline(true);
+        await page.reload();
+        const again = await open(page, server, 'straight');
+        console.log(`page: without a connection the briefing is complete after ${again} ms`);
+        await page.offline(false);
+    });
+
+    for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [3840, 2160, '4k']])
+        await with_page({ width, height }, async (page, server) => {
+            await page.go(server.url + 'index.html');
+            await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
+            await page.screenshot(path.join(pictures, `front-${name}.png`));
+            const wide = await page.eval('document.documentElement.scrollWidth - innerWidth');
+            expect(wide <= 0, `${name}: expected a page as wide as the screen, found one that is ${wide} pixels wider`);
+            await open(page, server, 'straight', 'show');
+            await page.key('Enter');
+            await sleep(5000);
+            await page.screenshot(path.join(pictures, `room-${name}.png`));
+        });
+
+    // A damaged file, and a browser without WebGL 2: a sentence each.
+    await with_page({}, async (page, server) => {
+        const files = JSON.parse(fs.readFileSync(path.join(folder, 'exercises.json')));
+        const damaged = files.bundles[files.exercises.straight[0]].path;
+        server.corrupt('/' + damaged);
+        await page.go(server.url + 'index.html');
+        await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
+        await page.eval(`document.querySelector('[data-exercise=straight] .first').click()`);
+        await page.until(`/damaged/.test(document.body.innerText)`, 60);
+    });
+    await with_page({ flags: ['--disable-3d-apis'] }, async (page, server) => {
+        await page.go(server.url + 'index.html');
+        await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
+        await page.eval(`document.querySelector('[data-exercise=straight] .first').click()`);
+        await page.until(`/WebGL 2/.test(document.body.innerText)`, 60);
+    });
+})().catch(error => {
+    ++failures;
+    console.log(`page: ${error.message}`);
+}).finally(() => {
+    fs.rmSync(work, { recursive: true, force: true });
+    console.log(failures === 0 ? `page: as promised; pictures in ${pictures}` : `page: ${failures} promises broken`);
+    process.exit(failures === 0 ? 0 : 1);
+});
