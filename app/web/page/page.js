@@ -126,7 +126,7 @@ class App {
         this.begun({exercise, title: known?.title ?? exercise, free: false, solution: false, patient: '', replay: null, ...how, for: 'room'});
         const {attempt} = this;
         $('briefing-title').textContent = attempt.title;
-        $('briefing-about').textContent = `${this.learner || 'Guest'}   ${attempt.solution ? 'The solution' : attempt.replay ? 'A recording'
+        $('briefing-about').textContent = `${this.learner || 'Guest'} · ${attempt.solution ? 'The solution' : attempt.replay ? 'A recording'
             : attempt.free ? 'Free practice: no score, and the last 10 s can be taken back' : 'Exercise'}`;
         for (const id of ['indication', 'briefing-text', 'judgement', 'briefing-keys', 'briefing-doing']) $(id).textContent = '';
         $('briefing-lines').replaceChildren();
