@@ -1,6 +1,6 @@
 // The page: which screen is shown, who trains, and what passes between the engine and the screens.
 
-import {$, counted, el, openDialog, say, show} from './dom.js';
+import {$, el, openDialog, say, show} from './dom.js';
 import {Engine} from './engine.js';
 import {Front} from './front.js';
 import {Kept} from './kept.js';
@@ -263,6 +263,7 @@ class App {
         }
         if (end.recording) {
             const {name, bytes} = end.recording;
+            navigator.storage?.persist?.().catch(() => false);
             await this.kept.addRecording({learner, name, bytes, exercise: attempt.exercise, title: attempt.title, date: Date.now(),
                 points: attempt.free ? null : end.points ?? null, passed: Boolean(end.passed), reached: Boolean(end.reached)});
             say($('end-kept'), this.kept.problem ? this.kept.problem : `Recorded: ${name}, kept in this browser.`);

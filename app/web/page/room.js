@@ -257,6 +257,7 @@ export class Room {
         if (replay) item('REPLAY', differences?.length ? 'differs' : 'as recorded', differences?.length ? 'alarm' : 'calm');
         if (phase === 'paused')
             item('PAUSED', teacherPaused ? 'the teacher lets you go on' : this.asking && $('asking').open ? 'answer first' : `${this.key('pause')} goes on`, 'caution');
+        if (readout?.injecting > 0) item('INJECTING', `${readout.injecting.toFixed(1)} ml/s`, 'caution');
         if (slow) item('SLOW', 'frames are late', 'alarm');
         if (recording) item('', 'REC', 'good rec');
         else if (!solution && !replay && phase === 'running') item('', 'NOT RECORDED', 'alarm rec');
@@ -361,12 +362,16 @@ export class Room {
     #makeButtons() {
         const {keys} = this.app, group = (title, ...buttons) =>
             el('div', {class: 'tool-group', role: 'group', 'aria-label': title}, el('span', {text: title}), el('div', {}, ...buttons));
-        const injections = () => keys.injections.map((one, k) => this.injection(one, k, one.key));
+        const injections = () => keys.injections.map((one, k) => {
+            const button = this.injection(one, k, one.key), volume = /[\d.]+ ml/.exec(one.text);
+            if (volume) button.append(el('small', {text: volume[0]}));
+            return button;
+        });
         const large = (name, box) => {
             box.classList.add('large-only', name);
             return box;
         };
-        const hand = (title, prefix) => large('fours', group(title, ...[['advance', '↑'], ['withdraw', '↓'], ['rotate_left', '↺'], ['rotate_right', '↻']].map(([name, sign]) => {
+        const hand = (title, prefix) => large('hands', group(title, ...[['advance', '↑'], ['withdraw', '↓'], ['rotate_left', '↺'], ['rotate_right', '↻']].map(([name, sign]) => {
             const button = this.button(prefix + name, sign);
             button.setAttribute('aria-label', this.hands.actions.get(prefix + name)?.title ?? name);
             return button;
