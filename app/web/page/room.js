@@ -380,7 +380,9 @@ export class Room {
         const {actions} = this.hands;
         const some = ['roadmap', 'reference', 'mask', 'device', 'acquisition_mode'].filter((name) => actions.has(name));
         const short = {roadmap: 'Roadmap', reference: 'Reference', mask: 'Mask', device: 'Device', acquisition_mode: 'DSA/cine'};
-        $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), group('Inject', ...injections()), hand('Right', ''), hand('Left', 'left_'),
+        const inject = group('Inject', ...injections());
+        if (keys.injections.length === 5) inject.classList.add('fives');
+        $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), inject, hand('Right', ''), hand('Left', 'left_'),
             large('fours', group('C-arm', ...[['arm_rao', 'RAO'], ['arm_lao', 'LAO'], ['arm_cranial', 'CRAN'], ['arm_caudal', 'CAUD']].map(([name, words]) => this.button(name, words)))),
             group('Room', el('button', {id: 'open-sheet', text: 'All', 'aria-label': 'All actions', click: () => this.openSheet()}), el('button', {id: 'open-column', class: 'small-only', text: 'Readouts',
                 'aria-expanded': 'false', click: () => this.#toggleColumn()}), this.button('review', 'Runs'), this.button('pause', 'Pause')));
