@@ -32,6 +32,7 @@ class App {
         this.paper = new Paper(this);
         this.endPage = new EndPage(this);
         this.bind();
+        history.replaceState(null, '');
         await this.setLearner(last);
     }
 
@@ -171,6 +172,7 @@ class App {
         $('judgement').textContent = this.attempt.free ? '' : briefing.judgement ?? '';
         $('briefing-keys').textContent = briefing.keys ? `Keys: ${briefing.keys.replace(/^Keys: /, '')}` : '';
         this.attempt.guided = briefing.guided;
+        this.attempt.cine = /cine run/i.test(briefing.keys ?? '');
         const left = [...briefing.hints ?? []];
         show($('hint-more'), left.length > 0 && !this.attempt.solution && !this.attempt.replay);
         $('hint-more').textContent = 'A hint';

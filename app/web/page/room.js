@@ -326,15 +326,16 @@ export class Room {
     }
 
     #drawHint({phase, readout}) {
-        const {used} = this.hands, {free, solution, replay} = this.attempt;
+        const {used} = this.hands, {cine, solution, replay} = this.attempt;
         const next = hints.find(([action, , doneBy]) => !doneBy.some((name) => used.has(name)) &&
-            !(action === 'left_advance' && (readout?.devices?.length ?? 1) < 2));
+            !(action === 'left_advance' && (readout?.devices?.length ?? 1) < 2) && !(action === 'roadmap' && cine));
         const isShown = this.app.hints && phase === 'running' && !this.view.guide && !solution && !replay && Boolean(next);
         show($('hint'), isShown);
         if (!isShown) return;
         const pump = this.app.keys.injections.find(({text}) => /pump/i.test(text)), byThumb = getComputedStyle($('pad')).display !== 'none';
-        say($('hint').querySelector('p'), byThumb ? next[3].replace('{1}', pump?.key ?? 'no key')
-            : next[1].replace('{0}', this.key(next[0])).replace('{1}', pump?.key ?? 'no key'));
+        let words = next[byThumb ? 3 : 1];
+        if (cine && next[0] === 'acquisition') words = words.replace('DSA', 'cine').replace(' once its mask is taken', '');
+        say($('hint').querySelector('p'), words.replace('{0}', this.key(next[0])).replace('{1}', pump?.key ?? 'no key'));
     }
 
     key(action) {
