@@ -56,20 +56,28 @@ export function download(name, content, type = 'application/octet-stream') {
     setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-/** A page made elsewhere, in a frame that has neither this page's origin nor the network. */
-export function paper(html, title) {
-    const frame = el('iframe', {sandbox: 'allow-scripts', src: 'paper.html', title});
-    const words = el('p', {class: 'faint', role: 'status'});
-    const late = setTimeout(() => {
-        words.textContent = 'This page cannot be shown here without a connection. It can be saved, and opened as a file.';
-    }, 4000);
-    addEventListener('message', function hear({source, data}) {
-        if (source !== frame.contentWindow || data !== 'paper') return;
-        clearTimeout(late);
-        removeEventListener('message', hear);
-        frame.contentWindow.postMessage(html, '*');
-    });
-    return [words, frame];
+const paperPolicy = "sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/**
+ * A page made elsewhere, in a frame that has neither this page's origin nor the network. The service worker hands it
+ * out with its policy; without one, paper.html takes it by message, which needs a connection.
+ */
+export async function paper(html, title) {
+    try {
+        if (!navigator.serviceWorker.controller) throw new Error('no service worker');
+        const src = `paper/${Date.now()}.html`, headers = {'content-type': 'text/html; charset=utf-8', 'content-security-policy': paperPolicy};
+        await caches.delete('seldinger-paper');
+        await (await caches.open('seldinger-paper')).put(src, new Response(html, {headers}));
+        return el('iframe', {src, title});
+    } catch {
+        const frame = el('iframe', {sandbox: 'allow-scripts', src: 'paper.html', title});
+        addEventListener('message', function hear({source, data}) {
+            if (source !== frame.contentWindow || data !== 'paper') return;
+            removeEventListener('message', hear);
+            frame.contentWindow.postMessage(html, '*');
+        });
+        return frame;
+    }
 }
 
 export const counted = (count, noun) => `${count} ${noun}${count === 1 ? '' : 's'}`;

@@ -10,8 +10,11 @@ export class Engine {
         this.#hear = hear;
         this.#worker = new Worker('worker.js');
         this.#worker.onmessage = ({data}) => this.#receive(data);
-        this.#worker.onerror = (event) =>
-            this.#receive({is: 'failed', error: `The engine stopped: ${event.message || 'worker.js could not be loaded'}.`});
+        this.#worker.onerror = (event) => {
+            const failed = {is: 'failed', error: `The engine stopped: ${event.message || 'worker.js could not be loaded'}.`};
+            if (this.#asked) this.#receive(failed);
+            this.#hear(failed);
+        };
     }
 
     send(message, transfer = []) {
@@ -51,8 +54,8 @@ export class Engine {
     }
     #receive(data) {
         const asked = this.#asked;
-        const isAnswer = asked && (data.is === asked.answer || data.is === 'failed') &&
-            !(data.is === 'picture' && data.run !== asked.message.run);
+        const failed = data.is === 'failed' && asked && asked.answer !== 'picture';
+        const isAnswer = failed || data.is === asked?.answer && (data.is !== 'picture' || data.run === asked.message.run);
         if (!isAnswer) return data.is === 'picture' ? undefined : this.#hear(data);
         this.#asked = null;
         if (data.is === 'failed') asked.refuse(new Error(data.error));

@@ -8,14 +8,19 @@ export class Front {
     constructor(app) {
         this.app = app;
         $('next').addEventListener('click', () => this.app.open($('next').dataset.exercise));
-        show($('demo-box'), true);
+        this.wanted = !matchMedia('(prefers-reduced-motion: reduce)').matches && !navigator.connection?.saveData;
+        $('demo-stop').addEventListener('click', () => {
+            this.wanted = $('demo-stop').textContent === 'Play';
+            if (this.wanted) this.#startDemo();
+            else this.stopDemo();
+            this.#drawStop();
+        });
     }
 
     appear() {
         this.draw();
         clearTimeout(this.demoSoon);
-        const still = matchMedia('(prefers-reduced-motion: reduce)').matches || navigator.connection?.saveData;
-        if (this.app.exercises && !still) this.demoSoon = setTimeout(() => this.#startDemo(), 600);
+        if (this.app.exercises && this.wanted) this.demoSoon = setTimeout(() => this.#startDemo(), 600);
     }
 
     draw() {
@@ -30,6 +35,7 @@ export class Front {
             say($('next'), `Next for you: ${next.title}`);
         }
         const levels = [...new Set(exercises.map(({level}) => level))].sort((a, b) => (a || 99) - (b || 99)), most = Math.max(...levels);
+        this.#drawStop();
         $('cards').replaceChildren(...levels.map((level) => el('section', {},
             el('h2', {text: level > 0 ? `Level ${level} of ${most}` : 'Exercises of your own'}),
             el('div', {class: 'cards'}, ...exercises.filter((one) => one.level === level).map((one) => this.#card(one))))));
@@ -63,8 +69,25 @@ export class Front {
 
     // ---- The demonstration
 
+    get shown() {
+        return ['renal', 'straight'].map((name) => this.app.exercise(name)).find((one) => one?.solution);
+    }
+    /** Before it plays: the exercise's picture. */
+    #drawStop() {
+        show($('demo-stop'), Boolean(this.shown));
+        say($('demo-stop'), this.wanted ? 'Stop' : 'Play');
+        if (this.pictured || !this.shown?.picture) return;
+        this.pictured = new Image();
+        this.pictured.onload = () => {
+            const {width, height} = $('demo');
+            if (!$('demo-box').classList.contains('plays')) $('demo').getContext('2d', {alpha: false}).drawImage(this.pictured, 0, 0, width, height);
+        };
+        this.pictured.src = this.shown.picture;
+        say($('demo-words'), this.shown.title);
+    }
+
     #startDemo() {
-        const {app} = this, shown = ['renal', 'straight'].map((name) => app.exercise(name)).find((one) => one?.solution);
+        const {app, shown} = this;
         if (!shown || app.screen !== 'front' || app.attempt || document.hidden) return;
         app.begun({exercise: shown.name, free: false, solution: true, patient: '', replay: null, for: 'demo'});
         this.demo = shown;

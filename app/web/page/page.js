@@ -1,6 +1,6 @@
 // The page: which screen is shown, who trains, and what passes between the engine and the screens.
 
-import {$, counted, el, openDialog, say, show} from './dom.js';
+import {$, el, openDialog, say, show} from './dom.js';
 import {Engine} from './engine.js';
 import {Front} from './front.js';
 import {Kept} from './kept.js';
@@ -32,6 +32,7 @@ class App {
         this.paper = new Paper(this);
         this.endPage = new EndPage(this);
         this.bind();
+        history.replaceState(null, '');
         await this.setLearner(last);
     }
 
@@ -126,7 +127,7 @@ class App {
         this.begun({exercise, title: known?.title ?? exercise, free: false, solution: false, patient: '', replay: null, ...how, for: 'room'});
         const {attempt} = this;
         $('briefing-title').textContent = attempt.title;
-        $('briefing-about').textContent = `${this.learner || 'Guest'}   ${attempt.solution ? 'The solution' : attempt.replay ? 'A recording'
+        $('briefing-about').textContent = `${this.learner || 'Guest'} · ${attempt.solution ? 'The solution' : attempt.replay ? 'A recording'
             : attempt.free ? 'Free practice: no score, and the last 10 s can be taken back' : 'Exercise'}`;
         for (const id of ['indication', 'briefing-text', 'judgement', 'briefing-keys', 'briefing-doing']) $(id).textContent = '';
         $('briefing-lines').replaceChildren();
@@ -171,6 +172,7 @@ class App {
         $('judgement').textContent = this.attempt.free ? '' : briefing.judgement ?? '';
         $('briefing-keys').textContent = briefing.keys ? `Keys: ${briefing.keys.replace(/^Keys: /, '')}` : '';
         this.attempt.guided = briefing.guided;
+        this.attempt.cine = /cine run/i.test(briefing.keys ?? '');
         const left = [...briefing.hints ?? []];
         show($('hint-more'), left.length > 0 && !this.attempt.solution && !this.attempt.replay);
         $('hint-more').textContent = 'A hint';
@@ -263,6 +265,7 @@ class App {
         }
         if (end.recording) {
             const {name, bytes} = end.recording;
+            navigator.storage?.persist?.().catch(() => false);
             await this.kept.addRecording({learner, name, bytes, exercise: attempt.exercise, title: attempt.title, date: Date.now(),
                 points: attempt.free ? null : end.points ?? null, passed: Boolean(end.passed), reached: Boolean(end.reached)});
             say($('end-kept'), this.kept.problem ? this.kept.problem : `Recorded: ${name}, kept in this browser.`);

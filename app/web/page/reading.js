@@ -8,7 +8,7 @@ export class EndPage {
     constructor(app) {
         this.app = app;
         const click = (id, act) => $(id).addEventListener('click', act);
-        const {open} = {open: (how) => app.open(this.attempt.exercise, how)};
+        const open = (how) => app.open(this.attempt.exercise, how);
         click('again', () => open({free: this.attempt.free, patient: this.attempt.replay || this.attempt.solution ? '' : this.attempt.patient}));
         click('next-exercise', () => app.open(this.next.name));
         click('show-me', () => open({solution: true}));
@@ -83,7 +83,7 @@ export class Paper {
             this.html = await this.app.engine.debrief(bytes, name);
             say($('paper-words'), '');
             show($('paper-save'));
-            $('paper-frame').replaceChildren(...paper(this.html, `Debriefing of ${name}`));
+            $('paper-frame').replaceChildren(await paper(this.html, `Debriefing of ${name}`));
         } catch (error) {
             say($('paper-words'), error.message);
             $('paper-words').className = 'alarm';
@@ -194,7 +194,7 @@ export class TeacherPage {
             this.html = await this.app.engine.course(recordings);
             say($('drop-words'), counted(recordings.length, 'recording'));
             show($('course-save'));
-            $('course').replaceChildren(...paper(this.html, 'Table of the course'));
+            $('course').replaceChildren(await paper(this.html, 'Table of the course'));
         } catch (error) {
             this.#fail(error.message);
         }

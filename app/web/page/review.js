@@ -38,6 +38,7 @@ export class Review {
         this.runsAre(runs, true);
         if (runs.length) this.#choose(number ?? this.run?.number ?? runs.at(-1).number);
         openDialog($('review'));
+        $('review-play').focus();
         clearInterval(this.timer);
         this.timer = setInterval(() => {
             if (!$('review').open) return clearInterval(this.timer);

@@ -7,14 +7,21 @@ import {Review} from './review.js';
 
 const seldom = ['instructor', 'menu', 'help', 'review', 'pause'];
 
-// Each is shown until it was done once. {0} is the action's key, {1} that of the first injection by the pump.
+// Each is shown until it was done once: with keys, and for thumbs. {0} is the action's key, {1} that of the first
+// injection by the pump.
 const hints = [
-    ['fluoroscopy', 'Hold {0} for fluoroscopy: the image is live while the pedal is down', ['fluoroscopy']],
-    ['advance', '{0} pushes the wire, the mouse wheel as well; Shift is slower, Ctrl faster', ['advance']],
-    ['rotate_right', '{0} turns the wire: look for the side that its tip points to', ['rotate_right', 'rotate_left']],
-    ['left_advance', '{0} pushes what the left hand holds, at the same time: the strip below says what', ['left_advance', 'left_withdraw']],
-    ['acquisition', 'Hold {0} for a DSA run, and inject with {1} once its mask is taken', ['inject']],
-    ['roadmap', '{0} lays the vessels of the last DSA run under the live image', ['roadmap']]
+    ['fluoroscopy', 'Hold {0} for fluoroscopy: the image is live while the pedal is down', ['fluoroscopy'],
+        'Hold Fluoroscopy: the image is live while the pedal is down'],
+    ['advance', '{0} pushes the wire, the mouse wheel as well; Shift is slower, Ctrl faster', ['advance'],
+        'The pad pushes the wire: up from where the thumb lies; the farther, the faster'],
+    ['rotate_right', '{0} turns the wire: look for the side that its tip points to', ['rotate_right', 'rotate_left'],
+        'Sideways, the pad turns the wire: look for the side that its tip points to'],
+    ['left_advance', '{0} pushes what the left hand holds, at the same time: the strip below says what', ['left_advance', 'left_withdraw'],
+        'The button below the pad gives it the other hand, which holds the catheter'],
+    ['acquisition', 'Hold {0} for a DSA run, and inject with {1} once its mask is taken', ['inject'],
+        'Hold Run for a DSA run, and inject with {1} once its mask is taken'],
+    ['roadmap', '{0} lays the vessels of the last DSA run under the live image', ['roadmap'],
+        'Roadmap lays the vessels of the last DSA run under the live image']
 ];
 
 export class Room {
@@ -86,6 +93,11 @@ export class Room {
         $('countdown').querySelector('circle').style.strokeDashoffset = String(264 * (1 - left % 1));
     }
 
+    /** What was asked for holds at once, not only from the next view on. */
+    #control(what) {
+        this.engine.send({do: what});
+        if (this.view) this.view.phase = what === 'pause' ? 'paused' : 'running';
+    }
     get running() {
         return this.view?.phase === 'running';
     }
@@ -104,7 +116,7 @@ export class Room {
         if (action === 'menu') this.#openPaused($('menu'));
         if (action === 'review') this.openReview();
         if (action === 'pause' && (phase === 'running' || phase === 'paused'))
-            this.engine.send({do: phase === 'running' ? 'pause' : 'resume'});
+            this.#control(phase === 'running' ? 'pause' : 'resume');
         if (action === 'skip') this.engine.send({do: 'skipStep'});
         if (action === 'take_back') this.engine.send({do: 'takeBack'});
         if (action === 'finish' || action === 'back_to_start') this.#ask(action);
@@ -114,14 +126,14 @@ export class Room {
     #openPaused(dialog) {
         if (document.querySelector('dialog[open]')) return;
         this.goesOn = this.running;
-        if (this.running) this.engine.send({do: 'pause'});
+        if (this.running) this.#control('pause');
         this.hands.letGo();
         $('menu-hints').checked = this.app.hints;
         openDialog(dialog);
     }
     #dialogClosed() {
         if (!this.isOpen || document.querySelector('dialog[open]')) return;
-        if (this.goesOn) this.engine.send({do: 'resume'});
+        if (this.goesOn) this.#control('resume');
         this.goesOn = false;
         $('image').focus({preventScroll: true});
     }
@@ -245,6 +257,7 @@ export class Room {
         if (replay) item('REPLAY', differences?.length ? 'differs' : 'as recorded', differences?.length ? 'alarm' : 'calm');
         if (phase === 'paused')
             item('PAUSED', teacherPaused ? 'the teacher lets you go on' : this.asking && $('asking').open ? 'answer first' : `${this.key('pause')} goes on`, 'caution');
+        if (readout?.injecting > 0) item('INJECTING', `${readout.injecting.toFixed(1)} ml/s`, 'caution');
         if (slow) item('SLOW', 'frames are late', 'alarm');
         if (recording) item('', 'REC', 'good rec');
         else if (!solution && !replay && phase === 'running') item('', 'NOT RECORDED', 'alarm rec');
@@ -277,8 +290,12 @@ export class Room {
                 return button;
             }));
         }
-        if (this.looking || performance.now() - this.runsSince < 700) return;
-        const run = runs.find(({number, images}) => images && this.thumbs.has(number) && this.thumbs.get(number).images !== images);
+        if (this.looking) return;
+        const ended = performance.now() - this.runsSince > 700;
+        const run = runs.find(({number, images}) => {
+            const kept = this.thumbs.get(number);
+            return kept && kept.images !== images && (ended ? images > 0 : !kept.images && images > 2);
+        });
         if (!run) return;
         this.looking = true;
         const kept = this.thumbs.get(run.number);
@@ -304,19 +321,21 @@ export class Room {
         say($('guide-skip'), `Leave out (${this.key('skip')})`);
         say($('guide-text'), over ? 'Now bring the tip to the target and hold it there.' : now.text);
         $('guide-practices').replaceChildren(...(now?.practices ?? []).map(({text, keys, done: isDone}) =>
-            el('li', {class: isDone ? 'done' : ''}, el('span', {class: 'tick', text: isDone ? '✓' : '', 'aria-label': isDone ? 'done' : 'to do'}),
+            el('li', {class: isDone ? 'done' : ''}, el('span', {class: 'tick', role: 'img', text: isDone ? '✓' : '', 'aria-label': isDone ? 'done' : 'to do'}),
                 el('span', {text}), el('b', {text: keys ?? ''}))));
     }
 
     #drawHint({phase, readout}) {
-        const {used} = this.hands, {free, solution, replay} = this.attempt;
+        const {used} = this.hands, {cine, solution, replay} = this.attempt;
         const next = hints.find(([action, , doneBy]) => !doneBy.some((name) => used.has(name)) &&
-            !(action === 'left_advance' && (readout?.devices?.length ?? 1) < 2));
+            !(action === 'left_advance' && (readout?.devices?.length ?? 1) < 2) && !(action === 'roadmap' && cine));
         const isShown = this.app.hints && phase === 'running' && !this.view.guide && !solution && !replay && Boolean(next);
         show($('hint'), isShown);
         if (!isShown) return;
-        const pump = this.app.keys.injections.find(({text}) => /pump/i.test(text));
-        say($('hint').querySelector('p'), next[1].replace('{0}', this.key(next[0])).replace('{1}', pump?.key ?? 'no key'));
+        const pump = this.app.keys.injections.find(({text}) => /pump/i.test(text)), byThumb = getComputedStyle($('pad')).display !== 'none';
+        let words = next[byThumb ? 3 : 1];
+        if (cine && next[0] === 'acquisition') words = words.replace('DSA', 'cine').replace(' once its mask is taken', '');
+        say($('hint').querySelector('p'), words.replace('{0}', this.key(next[0])).replace('{1}', pump?.key ?? 'no key'));
     }
 
     key(action) {
@@ -344,23 +363,29 @@ export class Room {
     #makeButtons() {
         const {keys} = this.app, group = (title, ...buttons) =>
             el('div', {class: 'tool-group', role: 'group', 'aria-label': title}, el('span', {text: title}), el('div', {}, ...buttons));
-        const injections = () => keys.injections.map((one, k) => this.injection(one, k, one.key));
-        const hand = (title, prefix) => group(title, this.button(`${prefix}advance`, '↑ push'), this.button(`${prefix}withdraw`, '↓ pull'),
-            this.button(`${prefix}rotate_left`, '↺ turn'), this.button(`${prefix}rotate_right`, '↻ turn'));
-        const arms = group('C-arm', this.button('arm_rao', 'RAO'), this.button('arm_lao', 'LAO'), this.button('arm_cranial', 'CRAN'), this.button('arm_caudal', 'CAUD'));
-        const left = hand('Left hand', 'left_');
-        left.classList.add('large-only');
-        arms.classList.add('large-only');
-        const right = hand('Right hand', '');
-        right.classList.add('large-only');
+        const injections = () => keys.injections.map((one, k) => {
+            const button = this.injection(one, k, one.key), volume = /[\d.]+ ml/.exec(one.text);
+            if (volume) button.append(el('small', {text: volume[0]}));
+            return button;
+        });
+        const large = (name, box) => {
+            box.classList.add('large-only', name);
+            return box;
+        };
+        const hand = (title, prefix) => large('hands', group(title, ...[['advance', '↑'], ['withdraw', '↓'], ['rotate_left', '↺'], ['rotate_right', '↻']].map(([name, sign]) => {
+            const button = this.button(prefix + name, sign);
+            button.setAttribute('aria-label', this.hands.actions.get(prefix + name)?.title ?? name);
+            return button;
+        })));
         const pedals = () => [this.button('fluoroscopy', 'Fluoroscopy'), this.button('acquisition', 'Run')];
-        const pedalGroup = group('Pedals', ...pedals());
-        pedalGroup.classList.add('large-only', 'pedal-tools');
         const {actions} = this.hands;
         const some = ['roadmap', 'reference', 'mask', 'device', 'acquisition_mode'].filter((name) => actions.has(name));
-        const short = {roadmap: 'Roadmap', reference: 'Reference', mask: 'New mask', device: 'Next device', acquisition_mode: 'DSA or cine'};
-        $('tools').append(pedalGroup, group('Image', ...some.map((name) => this.button(name, short[name]))), group('Inject', ...injections()), right, left, arms,
-            group('Room', el('button', {id: 'open-sheet', text: 'All actions', click: () => this.openSheet()}), el('button', {id: 'open-column', class: 'small-only', text: 'Readouts',
+        const short = {roadmap: 'Roadmap', reference: 'Reference', mask: 'Mask', device: 'Device', acquisition_mode: 'DSA/cine'};
+        const inject = group('Inject', ...injections());
+        if (keys.injections.length === 5) inject.classList.add('fives');
+        $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), inject, hand('Right', ''), hand('Left', 'left_'),
+            large('fours', group('C-arm', ...[['arm_rao', 'RAO'], ['arm_lao', 'LAO'], ['arm_cranial', 'CRAN'], ['arm_caudal', 'CAUD']].map(([name, words]) => this.button(name, words)))),
+            group('Room', el('button', {id: 'open-sheet', text: 'All', 'aria-label': 'All actions', click: () => this.openSheet()}), el('button', {id: 'open-column', class: 'small-only', text: 'Readouts',
                 'aria-expanded': 'false', click: () => this.#toggleColumn()}), this.button('review', 'Runs'), this.button('pause', 'Pause')));
         $('pedals').append(...pedals());
         $('strip').append(el('dl'), el('label', {}, el('span', {text: 'Speed'}), el('select', {id: 'speed', change: ({target}) =>
@@ -431,7 +456,7 @@ export class Room {
             if (!document.hidden || !this.isOpen) return;
             this.hands.letGo();
             if (this.counting) this.#openPaused($('menu'));
-            else if (this.running) this.engine.send({do: 'pause'});
+            else if (this.running) this.#control('pause');
         });
         addEventListener('beforeunload', (event) => {
             if (this.isOpen && this.running && !this.attempt.solution && !this.attempt.replay) event.preventDefault();

@@ -55,10 +55,11 @@ async function adopt() {
 
 async function answer(request) {
     if (request.mode === 'navigate' && request.destination === 'document') await adopt();
-    const current = await kept('current'), url = new URL(request.url);
+    const address = request.url.split(/[?#]/)[0];
+    if (address.startsWith(root + 'paper/')) return await caches.match(address) ?? Response.error();
+    const current = await kept('current');
     if (!current) return fetch(request);
     const cache = await caches.open(await cacheName(current));
-    const address = url.href.split(/[?#]/)[0];
     const found = await cache.match(address === root ? root + 'index.html' : address);
     if (found) return found;
     const response = await fetch(request);
@@ -75,5 +76,5 @@ self.addEventListener('fetch', (event) => {
     const {request} = event;
     if (request.method !== 'GET' || !request.url.startsWith(root) || request.headers.has('range')) return;
     if (request.url === root + lists) return;
-    event.respondWith(answer(request));
+    event.respondWith(answer(request).catch(() => Response.error()));
 });
