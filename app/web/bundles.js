@@ -97,7 +97,8 @@ try {
     const later = Object.entries(made.bundles).map(([name, { path, bytes, hash }]) =>
         ({ path, bytes, hash, ...(name === 'common' ? {} : { later: true }) }));
     fs.writeFileSync(path.join(out, 'files.json'),
-                     JSON.stringify([...[...pages, list].map(described), made.engine, ...later], null, 1));
+                     JSON.stringify([...[...pages, list].filter(file => path.basename(file) !== 'sw.js').map(described),
+                                    made.engine, ...later], null, 1));
     const sizes = names.map(name => made.exercises[name].reduce((sum, each) => sum + made.bundles[each].bytes, 0));
     console.log(`web: ${names.length} exercises, the largest ${(Math.max(...sizes) / 1e6).toFixed(1)} MB compressed`);
 } finally {

@@ -185,7 +185,7 @@ Json guide_of(const room::Guide& guide, const room::KeyMap& keys) {
         const auto& practise = guide.step(k).practise;
         for (std::size_t p = 0; p < practise.size(); ++p)
             practices.push_back({{"text", script::help_of(practise[p])},
-                                 {"inputs", room::inputs_of(practise[p], keys)},
+                                 {"keys", room::inputs_of(practise[p], keys)},
                                  {"done", guide.is_done(k, p)}});
         steps.push_back(
             {{"title", script::task_names[static_cast<std::size_t>(script::task_of(practise[0]))]},
@@ -403,10 +403,8 @@ public:
         Json notes = Json::array();
         if (grade && !shows_script) notes = notes_of(*grade, s.lesson.benchmark);
         if (!graded && !is_free_ && !s.lesson.guided()) notes.push_back(room::without_benchmark(score));
-        if (is_replay_) {
-            for (const std::string& difference : view.differences) notes.push_back(difference);
-            if (view.differences.empty()) notes.push_back("Every recorded state was reached to the bit.");
-        }
+        if (is_replay_ && view.differences.empty())
+            notes.push_back("Every recorded state was reached to the bit.");
         const std::optional<exercise::Grade> told = score.completed ? grade : std::nullopt;
         return {{"exercise", s.name},
                 {"title", is_solution_ ? "That was the solution. Your turn."
@@ -418,7 +416,9 @@ public:
                 {"subtitle", s.title},
                 {"lines", grade ? grade_lines(*grade) : Json::array()},
                 {"notes", notes},
-                {"events", is_free_ ? Json::array() : events_of(view)},
+                {"events", is_solution_ ? captions()
+                           : is_free_   ? Json::array()
+                                        : events_of(view)},
                 {"points", grade ? Json(grade->points) : Json()},
                 {"passed", passed},
                 {"reached", score.completed},
@@ -566,6 +566,26 @@ private:
                 {"deadZone", keys_.speeds.dead_zone}};
     }
 
+    /// What a solution says of itself, at its times.
+    Json captions() const {
+        const room::SessionOptions& options = open_session().options();
+        Json made = Json::array();
+        for (const script::Caption& caption : options.script->captions)
+            made.push_back({{"time", render::clock_text(caption.frame / options.scenario.frame_rate)},
+                            {"what", caption.text},
+                            {"advice", ""},
+                            {"kind", "caption"}});
+        return made;
+    }
+    /// What it says now.
+    std::string caption() const {
+        std::string text;
+        if (is_solution_)
+            for (const script::Caption& caption : open_session().options().script->captions)
+                if (caption.frame <= view_->frames) text = caption.text;
+        return text;
+    }
+
     /// The view for the page; images are fetched by pixels() where they are named.
     Json shown() {
         const room::View& view = *view_;
@@ -594,8 +614,9 @@ private:
                      {"lost", view.lost_frames},
                      {"recording", view.recording},
                      {"tuned", view.tuned},
-                     {"differences", view.differences.size()},
+                     {"differences", view.differences},
                      {"takenBack", view.taken_back},
+                     {"caption", caption()},
                      {"guide", view.guide ? guide_of(*view.guide, keys_) : Json()},
                      {"runs", runs}};
         if (view.image_serial != image_) {

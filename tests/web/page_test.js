@@ -104,33 +104,33 @@ async function whole_exercise(page, server) {
         await page.offline(false);
     });
 
-    for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [3840, 2160, '4k']])
+    for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [1280, 800, 'laptop'], [3840, 2160, '4k']])
         await with_page({ width, height }, async (page, server) => {
             await page.go(server.url + 'index.html');
             await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
             await page.screenshot(path.join(pictures, `front-${name}.png`));
             const wide = await page.eval('document.documentElement.scrollWidth - innerWidth');
             expect(wide <= 0, `${name}: expected a page as wide as the screen, found one that is ${wide} pixels wider`);
-            await open(page, server, 'straight', 'show');
-            await page.key('Enter');
-            await sleep(5000);
+            await page.eval(`document.querySelector('[data-exercise=renal] .show').click()`);
+            await page.until(`document.body.dataset.screen === 'room'`, 60);
+            await sleep(6000);
             await page.screenshot(path.join(pictures, `room-${name}.png`));
         });
 
     // A damaged file, and a browser without WebGL 2: a sentence each.
     await with_page({}, async (page, server) => {
         const files = JSON.parse(fs.readFileSync(path.join(folder, 'exercises.json')));
-        const damaged = files.bundles[files.exercises.straight[0]].path;
+        const damaged = files.bundles[files.exercises.renal[0]].path;
         server.corrupt('/' + damaged);
         await page.go(server.url + 'index.html');
-        await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
-        await page.eval(`document.querySelector('[data-exercise=straight] .first').click()`);
+        await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
+        await page.eval(`document.querySelector('[data-exercise=renal] .first').click()`);
         await page.until(`/damaged/.test(document.body.innerText)`, 60);
     });
     await with_page({ flags: ['--disable-3d-apis'] }, async (page, server) => {
         await page.go(server.url + 'index.html');
-        await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
-        await page.eval(`document.querySelector('[data-exercise=straight] .first').click()`);
+        await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
+        await page.eval(`document.querySelector('[data-exercise=renal] .first').click()`);
         await page.until(`/WebGL 2/.test(document.body.innerText)`, 60);
     });
 })().catch(error => {
