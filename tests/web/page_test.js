@@ -1,12 +1,13 @@
 // node tests/web/page_test.js PAGE PROGRAM PICTURES: a trainee's way in Debian's chromium, from the front page by keys to the
-// recording, which the program replays; what a page promises besides: offline, damaged files, no WebGL 2, small and large
-// screens. PICTURES gets screenshots to be looked at. Code 1 where something is not as promised.
+// recording, which the program replays; images beside the program's; what a page promises besides: offline, damaged files,
+// no WebGL 2, small and large screens, memory that does not grow. PICTURES gets screenshots to be looked at. Code 1 where something is not as promised.
 'use strict';
-const { execFileSync, spawnSync } = require('child_process');
+const { spawnSync } = require('child_process');
 const fs = require('fs');
 const os = require('os');
 const path = require('path');
 const { start } = require('./browser.js');
+const { compare, images_of, read_png } = require('./images.js');
 const { serve } = require('./server.js');
 
 const [folder, program, pictures] = process.argv.slice(2).map(given => path.resolve(given));
@@ -78,6 +79,90 @@ async function whole_exercise(page, server) {
     return Buffer.from(base64, 'base64');
 }
 
+/// Largest differences that the page's images may have from the program's [grey levels of 255]; those of
+/// tests/frames/*/limits.json are of one rasteriser, and chromium's places corners on a grid of 1/16 pixel where Mesa's has
+/// 1/256.
+const limits = { mean_difference: 0.1, largest_difference: 90, tile_difference: 0.6 };
+
+async function images(page, exercise) {
+    const out = path.join(work, 'frames-' + exercise);
+    const ran = spawnSync(program, ['run', exercise, '--commands', 'solution', '--out', out, '--cache', path.join(work, 'cache')],
+                          { encoding: 'utf8' });
+    if (ran.status !== 0) throw new Error(`${exercise}: ${ran.stderr}`);
+    const all = fs.readdirSync(path.join(out, 'frames')).map(file => Number(file.match(/\d+/)[0]));
+    const found = await images_of(page, exercise, all.filter((frame, k) => k % 10 === 3));
+    const worst = {};
+    for (const [frame, image] of Object.entries(found)) {
+        const file = path.join(out, 'frames', `frame_${frame.padStart(6, '0')}.png`);
+        for (const [name, value] of Object.entries(compare(read_png(file), image)))
+            worst[name] = Math.max(worst[name] ?? 0, value);
+    }
+    expect(Object.keys(found).length >= 5, `${exercise}: expected at least 5 images, found ${Object.keys(found).length}`);
+    for (const [name, limit] of Object.entries(limits))
+        expect(worst[name] <= limit, `${exercise}: ${name}: expected at most ${limit}, found ${worst[name]}`);
+    console.log(`page: ${exercise}: ${Object.keys(found).length} images beside the program's: ` +
+                Object.entries(worst).map(([name, value]) => `${name} ${value.toFixed(3)}`).join(', '));
+}
+
+/// Each exercise is opened and seen for a moment, twice, in one page; memory of the browser's processes [MB] after both.
+async function memory_of_all(page, server) {
+    await page.go(server.url + 'index.html');
+    await page.eval(`new Promise(resolve => {
+        window.engine = new Worker('worker.js');
+        window.engine.onmessage = ({data}) => {
+            if (data.is === 'ready') resolve(window.names = data.exercises.map(({name}) => name));
+        };
+    })`);
+    const used = [];
+    for (let round = 0; round < 2; ++round) {
+        for (const name of await page.eval('window.names'))
+            await page.eval(`new Promise((resolve, reject) => {
+                let images = 0;
+                engine.onmessage = ({data}) => {
+                    if (data.is === 'briefing') {
+                        engine.postMessage({do: 'start'});
+                        engine.postMessage({do: 'input', held: ['fluoroscopy', 'advance']});
+                    }
+                    if (data.is === 'failed') reject(new Error('${name}: ' + data.error));
+                    if (data.is === 'view' && data.image && ++images === 5) {
+                        engine.postMessage({do: 'close'});
+                        resolve();
+                    }
+                };
+                engine.postMessage({do: 'open', exercise: '${name}', learner: ''});
+            })`);
+        used.push((await page.memory()).pss / 1e6);
+    }
+    console.log(`page: memory of chromium's processes after all exercises ${used[0].toFixed(0)} MB, after all once more ` +
+                `${used[1].toFixed(0)} MB`);
+    expect(used[1] < 1.1 * used[0] + 50, `expected memory that does not grow, found ${used.join(' and ')} MB`);
+}
+
+/// When the first image of a patient is there, from an empty browser and from one that knows the page [ms].
+async function first_image(page, server) {
+    const once = async () => {
+        await page.go(server.url + 'index.html');
+        return page.eval(`new Promise((resolve, reject) => {
+            const begun = performance.now(), worker = new Worker('worker.js');
+            worker.onmessage = ({data}) => {
+                if (data.is === 'ready') worker.postMessage({do: 'open', exercise: 'renal', learner: ''});
+                if (data.is === 'briefing') {
+                    worker.postMessage({do: 'start'});
+                    worker.postMessage({do: 'input', held: ['fluoroscopy']});
+                }
+                if (data.is === 'failed') reject(new Error(data.error));
+                if (data.is === 'view' && data.image) {
+                    worker.terminate();
+                    resolve(performance.now() - begun);
+                }
+            };
+        })`);
+    };
+    const cold = await once();
+    await sleep(2000);
+    console.log(`page: the first image of 'renal' after ${cold.toFixed(0)} ms, once visited after ${(await once()).toFixed(0)} ms`);
+}
+
 (async () => {
     fs.mkdirSync(pictures, { recursive: true });
 
@@ -104,6 +189,13 @@ async function whole_exercise(page, server) {
         await page.offline(false);
     });
 
+    await with_page({}, first_image);
+    await with_page({}, async (page, server) => {
+        await page.go(server.url + 'index.html');
+        for (const exercise of ['renal', 'arch', 'coronary']) await images(page, exercise);
+    });
+    await with_page({}, memory_of_all);
+
     for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [1280, 800, 'laptop'], [3840, 2160, '4k']])
         await with_page({ width, height }, async (page, server) => {
             await page.go(server.url + 'index.html');
@@ -124,13 +216,13 @@ async function whole_exercise(page, server) {
         server.corrupt('/' + damaged);
         await page.go(server.url + 'index.html');
         await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
-        await page.eval(`document.querySelector('[data-exercise=renal] .first').click()`);
+        await page.eval(`document.querySelector('[data-exercise=renal] .free').click()`);
         await page.until(`/damaged/.test(document.body.innerText)`, 60);
     });
     await with_page({ flags: ['--disable-3d-apis'] }, async (page, server) => {
         await page.go(server.url + 'index.html');
         await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
-        await page.eval(`document.querySelector('[data-exercise=renal] .first').click()`);
+        await page.eval(`document.querySelector('[data-exercise=renal] .free').click()`);
         await page.until(`/WebGL 2/.test(document.body.innerText)`, 60);
     });
 })().catch(error => {

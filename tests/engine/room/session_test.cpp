@@ -336,5 +336,58 @@ TEST(Session, ItEndsInMidFrameWheneverItIsTold) {
     }
 }
 
+/// As a page's worker does: in turns, without a thread, as often as they are asked for.
+void take_turns(Session& session, const std::function<bool(const View&)>& until) {
+    for (int k = 0; k < 100000 && !until(*session.view()); ++k)
+        if (const auto next = session.turn()) std::this_thread::sleep_until(*next);
+    ASSERT_TRUE(until(*session.view())) << session.view()->error;
+}
+
+TEST(Session, InTurnsItMakesRecordingsThatReplayAndNothingWithoutATurn) {
+    test::TemporaryFolder folder;
+    SessionOptions options = recording_to(folder / "run.gw");
+    options.own_thread = false;
+    {
+        Session session(options);
+        EXPECT_EQ(session.view()->phase, Phase::Loading);
+        take_turns(session, [](const View& view) { return view.phase == Phase::Ready; });
+        EXPECT_FALSE(session.turn());  // it waits for the start
+        session.give(Control::Start);
+        session.give(holding({Action::Advance, Action::Fluoroscopy}));
+        take_turns(session, [](const View& view) { return view.frames >= 12 && view.image; });
+        const int made = session.view()->frames;
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        EXPECT_EQ(session.view()->frames, made);
+        EXPECT_GT(session.view()->readout.devices.at(0).inserted.value_or(0),
+                  options.scenario.devices.at(0).inserted + 1);
+        session.give(Control::Finish);
+        take_turns(session, [](const View& view) { return view.phase == Phase::Ended; });
+        EXPECT_FALSE(session.turn());
+    }
+    SessionOptions replay = options;
+    replay.record = {};
+    replay.script = script::load_commands(folder / "run.gw");
+    replay.speed = 20;
+    ASSERT_GT(replay.script->checks.size(), 1u);
+    Session shown(replay);
+    take_turns(shown, [](const View& view) { return view.phase == Phase::Ready; });
+    shown.give(Control::Start);
+    take_turns(shown, [](const View& view) { return view.phase == Phase::Ended; });
+    EXPECT_TRUE(shown.view()->differences.empty());
+}
+
+TEST(Session, InTurnsWhatCannotBeLoadedFailsOnce) {
+    SessionOptions options = recording_to("/proc/no-such-folder/run.gw");
+    options.own_thread = false;
+    Session session(options);
+    EXPECT_FALSE(session.turn());
+    EXPECT_EQ(session.view()->phase, Phase::Failed);
+    const long serial = session.view()->serial;
+    session.give(Control::Start);
+    EXPECT_FALSE(session.turn());
+    EXPECT_EQ(session.view()->phase, Phase::Failed);
+    EXPECT_EQ(session.view()->serial, serial);
+}
+
 }  // namespace
 }  // namespace room
