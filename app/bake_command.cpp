@@ -16,7 +16,9 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/episode/store.h"
 #include "engine/exercise/body.h"
+#include "engine/exercise/transport.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 
 namespace app {
@@ -24,7 +26,7 @@ namespace {
 
 struct BakeArguments {
     ScenarioChoice vessels;  // a preset, or an exercise
-    std::string seeds, cache;
+    std::string seeds, cache, for_web;
     std::vector<int> images;  // pixels along a side
     std::vector<std::string> set;
     bool without_bodies = false;
@@ -131,7 +133,41 @@ std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const Ba
     };
 }
 
+/// Puts what the exercise as it is has in the cache into one file, for the page.
+int bake_for_web(const BakeArguments& arguments) {
+    if (arguments.without_bodies || !arguments.images.empty() || !arguments.set.empty())
+        throw BadArgument(
+            "--for-web: expected the exercise as it is, found --set, --image or --without-bodies");
+    io::require_writable(arguments.for_web);
+    const std::filesystem::path file = exercise_named(arguments.vessels).file;
+    const io::ScratchFolder folder;
+    anatomy::ModelCache cache;
+    cache.folder = folder.path();
+    ProgressBar bar;
+    report_on(bar, cache);
+    const episode::Episode episode(episode::scenario_of({file.string(), {}, catalogue().string(), {}}),
+                                   exercise::Pictures::None, cache);
+    const anatomy::Anatomy& vessels = episode.simulation().anatomy();
+    if (!bake_body(vessels, cache)) throw io::InputError("{}: cannot be written", folder.path().string());
+    std::vector<exercise::CarriedFile> files;
+    std::size_t bytes = 0;
+    for (const anatomy::CacheItem& item : anatomy::cache_items(folder.path())) {
+        files.push_back({item.path.filename().string(),
+                         io::read_text(item.path, "file", "expected a file of the cache")});
+        bytes += files.back().bytes.size();
+    }
+    std::ranges::sort(files, {}, &exercise::CarriedFile::name);
+    const std::string packed = exercise::packed_for_transport(files, vessels);
+    io::write_whole(arguments.for_web, packed);
+    print("{}: {} files of {:.1f} MB are {:.1f} MB in {}\n", arguments.vessels.named, files.size(),
+          1e-6 * static_cast<double>(bytes), 1e-6 * static_cast<double>(packed.size()), arguments.for_web);
+    return done;
+}
+
 int bake(const BakeArguments& arguments) {
+    if (arguments.seeds.empty() == arguments.for_web.empty())
+        throw BadArgument("expected either --seeds or --for-web");
+    if (!arguments.for_web.empty()) return bake_for_web(arguments);
     const SeedRange seeds = seeds_of(arguments.seeds).value();
     if (arguments.without_bodies && !arguments.images.empty())
         throw BadArgument("--image: expected bodies, found --without-bodies");
@@ -180,6 +216,7 @@ Command add_bake(CLI::App& parser) {
         "  seldinger bake renal --seeds 0:100 --image 128\n"
         "  seldinger bake renal --seeds 0:100 --without-bodies --set tissue.rigid=true\n"
         "  seldinger bake iliac-renal --seeds 0:100\n"
+        "  seldinger bake renal --for-web renal.seldweb\n"
         "  seldinger bake aorta --seeds 0:8 --without-bodies");
     command
         ->add_option("vessels", arguments->vessels.named,
@@ -190,7 +227,6 @@ Command add_bake(CLI::App& parser) {
     add_exercises(command, arguments->vessels.exercises);
     add_overrides(command, arguments->set);
     command->add_option("--seeds", arguments->seeds, "The last is END - 1")
-        ->required()
         ->type_name("FIRST:END")
         ->check(text_that([](const std::string& text) { return seeds_of(text).has_value(); },
                           fmt::format("FIRST:END, as 0:100 for 0 to 99, and up to {} of them", most)));
@@ -202,6 +238,10 @@ Command add_bake(CLI::App& parser) {
             "that images without contrast from that C-arm need no more; may be repeated")
         ->type_name("PIXELS")
         ->check(CLI::Range(32, 2048));
+    command
+        ->add_option("--for-web", arguments->for_web,
+                     "Instead of --seeds: put what the exercise as it is needs into one file, for browsers")
+        ->type_name("FILE");
     command->add_flag("--without-bodies", arguments->without_bodies,
                       "Without the patients around the vessels, which only images and doses need");
     command->footer(

@@ -16,6 +16,17 @@ namespace {
 /// this many it is off by 0.03 mm at 1 % of the places near the wall, with two by 0.01 mm at most.
 constexpr double cells_to_axis = 1.25;
 
+/// For devices of up to this radius.
+physics::DistanceFieldOptions field_options(double thickest) {
+    physics::DistanceFieldOptions options;
+    options.inner = physics::DistanceField::depth_for(thickest);
+    options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+    return options;
+}
+std::string field_name(std::uint64_t fingerprint) {
+    return fmt::format("field-{:016x}.bin", fingerprint);
+}
+
 }  // namespace
 
 physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
@@ -51,13 +62,11 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
                                                           const physics::WallStiffness& stiffness,
                                                           double wire_radius, const ModelCache& cache,
                                                           double thickest) {
-    physics::DistanceFieldOptions options;
-    options.inner = physics::DistanceField::depth_for(std::max(wire_radius, thickest));
-    options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+    const physics::DistanceFieldOptions options = field_options(std::max(wire_radius, thickest));
     const auto ends = anatomy.openings();
     const auto fingerprint =
         physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
-    const CachePlace place(cache, fmt::format("field-{:016x}.bin", fingerprint));
+    const CachePlace place(cache, field_name(fingerprint));
     if (place.exists()) {
         if (const auto file = geometry::MappedFile::of(place.path())) {
             try {
@@ -80,6 +89,22 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
         place.keep_file(std::move(bytes).str());
     }
     return field;
+}
+
+std::optional<std::string> packed_distance_field(const Anatomy& anatomy, const std::string& file_name) {
+    constexpr double thickest_of_all = 6;  // far more than a device [mm]
+    const auto ends = anatomy.openings();
+    double radius = 0;
+    while (radius < thickest_of_all) {
+        physics::DistanceFieldOptions options = field_options(radius);
+        radius = options.inner;
+        const auto fingerprint =
+            physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
+        if (field_name(fingerprint) != file_name) continue;
+        options.packable = true;
+        return physics::DistanceField(anatomy.lumen, anatomy.branches, ends, 1.0, 0.0, options).packed();
+    }
+    return std::nullopt;
 }
 
 }  // namespace anatomy

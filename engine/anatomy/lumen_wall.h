@@ -40,4 +40,8 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&,
                                                           double wire_radius, const ModelCache& = {},
                                                           double thickest = 0);
 
+/// What DistanceField::packed() has of the field of this anatomy that the cache has under this name, made
+/// anew; nothing where no depth of fields gives the name.
+std::optional<std::string> packed_distance_field(const Anatomy&, const std::string& file_name);
+
 }  // namespace anatomy

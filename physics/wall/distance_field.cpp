@@ -1,6 +1,7 @@
 #include "physics/wall/distance_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "physics/geometry/checksum.h"
 #include "physics/geometry/lumen_surface.h"
 #include "physics/wall/field_sampler.h"
+#include "physics/wall/packed_values.h"
 #include "physics/wall/past_end.h"
 #include "physics/wall/vessel_sheets.h"
 
@@ -26,7 +28,7 @@ constexpr double least_slope = 0.9;
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t file_version = 9;
+constexpr std::uint32_t file_version = 10;
 
 /// Of the file, before the body, which begins where a grid may.
 struct FileHead {
@@ -95,6 +97,7 @@ struct DistanceField::Data {
     WallStiffness stiffness;
     double wire_radius;
     std::uint64_t fingerprint;
+    std::string packed_values;  // where it is packable
     std::vector<ContinuedEnd> ends = continued_ends(tree.ends());
 
     WallContact contact(const Vec3& x, const WallContact& asked) const;
@@ -122,9 +125,12 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
         h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest};
     VesselSheets sheets = vessel_sheets(tree, nearness(options.outer, h, wide));
     const LumenSurface surface = lumen_surface(lumen, tree);
-    std::vector<SheetField> fields = sampled_fields(surface, tree, sheets, band, progress);
+    std::vector<SheetField> fields = sampled_values(surface, tree, sheets, band, progress);
+    std::string values;
+    if (options.packable) values = packed_values(fields);
+    fit(fields, band.threads);
     data_.reset(new Data{std::move(tree), std::move(sheets.map), std::move(fields), h, options.inner,
-                         options.outer, wide, std::move(stiffness), wire_radius, print});
+                         options.outer, wide, std::move(stiffness), wire_radius, print, std::move(values)});
 }
 
 DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -267,30 +273,98 @@ std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
     return hash;
 }
 
-void DistanceField::save(std::ostream& out) const {
-    std::string body;
-    auto write = [&](const auto* values, std::size_t count) {
-        body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
-    };
-    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->wide};
-    write(&data_->fingerprint, 1);
-    write(band, 4);
-    const std::uint64_t counts[2] = {data_->fields.size(), data_->sheets.sheet_of.size()};
-    write(counts, 2);
-    write(data_->sheets.sheet_of.data(), data_->sheets.sheet_of.size());
-    for (const std::vector<int>& entries : data_->sheets.entries) {
-        const int count = static_cast<int>(entries.size());
-        write(&count, 1);
-        write(entries.data(), entries.size());
+namespace {
+
+/// What a file begins with, before its grids.
+struct Described {
+    std::uint64_t fingerprint = 0;
+    std::array<double, 4> band{};           // spacing, inner, outer, wide [mm]
+    std::array<std::uint64_t, 2> counts{};  // of sheets, of stations
+    SheetMap sheets;
+
+    void write(std::string& body) const {
+        const auto add = [&](const auto* values, std::size_t count) {
+            body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
+        };
+        add(&fingerprint, 1);
+        add(band.data(), band.size());
+        add(counts.data(), counts.size());
+        add(sheets.sheet_of.data(), sheets.sheet_of.size());
+        for (const std::vector<int>& entries : sheets.entries) {
+            const int count = static_cast<int>(entries.size());
+            add(&count, 1);
+            add(entries.data(), entries.size());
+        }
     }
+    /// The number of bytes that were read.
+    std::size_t read(std::span<const std::byte> body, const char* damaged) {
+        std::size_t at = 0;
+        const auto take = [&](auto* values, std::size_t count) {
+            if (count > (body.size() - at) / sizeof *values) throw std::runtime_error(damaged);
+            if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
+            at += count * sizeof *values;
+        };
+        take(&fingerprint, 1);
+        take(band.data(), band.size());
+        take(counts.data(), counts.size());
+        if (counts[1] > body.size() / sizeof(int)) throw std::runtime_error(damaged);
+        sheets.sheet_of.resize(counts[1]);
+        sheets.entries.resize(counts[1]);
+        take(sheets.sheet_of.data(), sheets.sheet_of.size());
+        for (std::vector<int>& entries : sheets.entries) {
+            int count = 0;
+            take(&count, 1);
+            if (count < 0 || static_cast<std::size_t>(count) > body.size()) throw std::runtime_error(damaged);
+            entries.resize(static_cast<std::size_t>(count));
+            take(entries.data(), entries.size());
+        }
+        return at;
+    }
+};
+
+std::string file_of(const Described& described, const std::vector<SheetField>& fields) {
+    std::string body;
+    described.write(body);
     body.resize(aligned(body.size()), '\0');
-    for (const SheetField& field : data_->fields)
+    for (const SheetField& field : fields)
         for (const SplineGrid& grid : field.grids) grid.save(body);
     FileHead head;
     head.bytes = body.size();
     head.checksum = checksum(std::as_bytes(std::span(body)));
-    out.write(reinterpret_cast<const char*>(&head), sizeof head);
-    out.write(body.data(), static_cast<std::streamsize>(body.size()));
+    return std::string(reinterpret_cast<const char*>(&head), sizeof head) + body;
+}
+
+}  // namespace
+
+void DistanceField::save(std::ostream& out) const {
+    const std::string file = file_of({data_->fingerprint,
+                                      {data_->spacing, data_->inner, data_->outer, data_->wide},
+                                      {data_->fields.size(), data_->sheets.sheet_of.size()},
+                                      data_->sheets},
+                                     data_->fields);
+    out.write(file.data(), static_cast<std::streamsize>(file.size()));
+}
+
+std::string DistanceField::packed() const {
+    if (data_->packed_values.empty()) throw std::logic_error("a distance field that was not made packable");
+    std::string all;
+    Described{data_->fingerprint,
+              {data_->spacing, data_->inner, data_->outer, data_->wide},
+              {data_->fields.size(), data_->sheets.sheet_of.size()},
+              data_->sheets}
+        .write(all);
+    return all + data_->packed_values;
+}
+
+std::string DistanceField::unpacked(std::span<const std::byte> packed, std::size_t largest) {
+    const char* const damaged = "the packed distance field is damaged";
+    Described described;
+    const std::size_t at = described.read(packed, damaged);
+    const double h = described.band[0];
+    if (!(h > 0 && std::isfinite(h))) throw std::runtime_error(damaged);
+    std::vector<SheetField> fields = unpacked_values(packed.subspan(at), h, described.counts[0], largest);
+    fit(fields, 1);
+    return file_of(described, fields);
 }
 
 DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_ptr<const void> held,
@@ -312,35 +386,15 @@ DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_
     const char* const damaged = "the saved distance field is damaged";
     require(checksum(body) == head.checksum, damaged);
 
-    std::size_t at = 0;
-    auto read = [&](auto* values, std::size_t count) {
-        require(count <= (body.size() - at) / sizeof *values, damaged);
-        if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
-        at += count * sizeof *values;
-    };
-    std::uint64_t print = 0, counts[2];
-    double band[4];
-    read(&print, 1);
-    require(print == fingerprint, "the saved distance field is of another lumen");
-    read(band, 4);
-    read(counts, 2);
+    Described found;
+    std::size_t at = aligned(found.read(body, damaged));
+    require(found.fingerprint == fingerprint, "the saved distance field is of another lumen");
+    const auto& band = found.band;
     check(wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
-    require(counts[1] == tree.stations().size(), damaged);
-    SheetMap sheets;
-    sheets.sheet_of.resize(tree.stations().size());
-    sheets.entries.resize(tree.stations().size());
-    read(sheets.sheet_of.data(), sheets.sheet_of.size());
-    for (std::vector<int>& entries : sheets.entries) {
-        int count = 0;
-        read(&count, 1);
-        require(count >= 0 && static_cast<std::size_t>(count) < body.size(), damaged);
-        entries.resize(static_cast<std::size_t>(count));
-        read(entries.data(), entries.size());
-    }
-    at = aligned(at);
+    require(found.counts[1] == tree.stations().size(), damaged);
     std::vector<SheetField> fields;
-    for (std::uint64_t sheet = 0; sheet < counts[0]; ++sheet) {
+    for (std::uint64_t sheet = 0; sheet < found.counts[0]; ++sheet) {
         fields.emplace_back();
         for (int level = 0; level < SheetField::level_count; ++level) {
             require(at < body.size(), damaged);
@@ -351,9 +405,17 @@ DistanceField DistanceField::load(std::span<const std::byte> bytes, std::shared_
             at += size;
         }
     }
-    return DistanceField(
-        std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],
-                                       band[1], band[2], band[3], std::move(stiffness), wire_radius, print}));
+    return DistanceField(std::unique_ptr<Data>(new Data{std::move(tree),
+                                                        std::move(found.sheets),
+                                                        std::move(fields),
+                                                        band[0],
+                                                        band[1],
+                                                        band[2],
+                                                        band[3],
+                                                        std::move(stiffness),
+                                                        wire_radius,
+                                                        fingerprint,
+                                                        {}}));
 }
 
 }  // namespace physics

@@ -299,7 +299,8 @@ public:
                 level_[t] = static_cast<char>(level_of(stations[station_of_triangle_[t]].radius, band.wide));
     }
 
-    std::vector<SheetField> fields() {
+    /// Grids of values, not fitted.
+    std::vector<SheetField> values() {
         const double h = band_.spacing;
         const int top = *std::max_element(level_.begin(), level_.end());
         std::vector<SheetField> fields(sheets_.stations.size());
@@ -332,11 +333,8 @@ public:
             }
             close = std::move(closer);
         }
-        for (std::size_t g = 0; g < fields.size(); ++g) {
-            for (int level = top; level >= 0; --level)
-                levels[level][g].fit(band_.threads, level < top ? &levels[level + 1][g] : nullptr);
+        for (std::size_t g = 0; g < fields.size(); ++g)
             for (auto& grids_of_level : levels) fields[g].grids.push_back(std::move(grids_of_level[g]));
-        }
         if (progress_) progress_(1.0);
         return fields;
     }
@@ -451,12 +449,16 @@ private:
                     here.distances(places, [&, g = g, b = b](std::size_t k, double distance) {
                         const auto [x, y, z] = by_cubes(static_cast<int>(k));
                         constexpr int n = SplineGrid::brick_side;
-                        grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(distance);
+                        grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(rounded(distance));
                         return goes_on(here, g, b);
                     });
                 }
             },
             part(from, to));
+    }
+
+    double rounded(double distance) const {
+        return band_.step > 0 ? band_.step * std::floor(distance / band_.step + 0.5) : distance;
     }
 
     /// Takes the marked bricks out of a grid of values.
@@ -509,11 +511,26 @@ void refuse_size(double spacing, double bytes, std::size_t largest) {
                                 " MB allowed: choose a wider spacing, and check the unit of the lumen");
 }
 
-std::vector<SheetField> sampled_fields(const LumenSurface& surface, const CentrelineTree& tree,
+std::vector<SheetField> sampled_values(const LumenSurface& surface, const CentrelineTree& tree,
                                        const VesselSheets& sheets, const FieldBand& band,
                                        const std::function<void(double)>& progress) {
     check_size(band_bricks(tree, band), band);
-    return Sampler(surface, tree, sheets, band, progress).fields();
+    return Sampler(surface, tree, sheets, band, progress).values();
+}
+
+void fit(std::vector<SheetField>& fields, int threads) {
+    for (SheetField& field : fields)
+        for (std::size_t level = field.grids.size(); level-- > 0;)
+            field.grids[level].fit(threads,
+                                   level + 1 < field.grids.size() ? &field.grids[level + 1] : nullptr);
+}
+
+std::vector<SheetField> sampled_fields(const LumenSurface& surface, const CentrelineTree& tree,
+                                       const VesselSheets& sheets, const FieldBand& band,
+                                       const std::function<void(double)>& progress) {
+    std::vector<SheetField> fields = sampled_values(surface, tree, sheets, band, progress);
+    fit(fields, band.threads);
+    return fields;
 }
 
 }  // namespace physics
