@@ -20,6 +20,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/grade.h"
 #include "engine/exercise/score_file.h"
+#include "engine/exercise/transport.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -448,6 +449,18 @@ public:
         throw io::InputError("expected the number of a run, found {}", number);
     }
 
+    /// Puts what `seldinger bake --for-web` packed into the cache: the names of its files.
+    static Json unpack(const std::filesystem::path& file) {
+        const std::string bytes = io::read_text(file, "an exercise's files", "expected those of 'seldinger bake --for-web'");
+        Json names = Json::array();
+        for (const exercise::CarriedFile& carried : exercise::unpacked_from_transport(std::as_bytes(std::span(bytes)))) {
+            const std::filesystem::path to = std::filesystem::path(baked().folder) / carried.name;
+            io::write_whole(to, carried.bytes);
+            names.push_back(to.string());
+        }
+        return names;
+    }
+
     /// Writes the page about a recording of an exercise into `to`.
     static Json debrief(const Json& wanted) {
         const std::string recording = wanted.at("recording");
@@ -676,6 +689,10 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_end() {
 /// {"run": 1, "image": 5, "mask": 0, "shiftX": 0, "shiftY": 0, "window": 256, "level": 128}.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_look(const char* wanted) {
     return app::answered([&] { return app::Room::get().look(app::Json::parse(wanted)); });
+}
+/// The names of the files that were put into the cache.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_unpack(const char* file) {
+    return app::answered([&] { return app::Room::unpack(file); });
 }
 /// {"exercise": "renal", "recording": FILE, "name": "renal-001.gw", "to": FILE}: writes the page of a
 /// debriefing.

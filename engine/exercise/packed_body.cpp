@@ -421,7 +421,7 @@ void go_through(RangeCoder& coder, Body& body, std::size_t largest) {
         const std::uint64_t low = coder.plain(32, static_cast<std::uint32_t>(bits));
         body.origin[k] = std::bit_cast<double>(high << 32 | low);
     }
-    const std::size_t layers = allowance.count(coder, count, body.layers.size(), 40);
+    const std::size_t layers = allowance.count(coder, count, body.layers.size(), 1);
     if (coder.reads()) body.layers.resize(layers);
     MeshCoder meshes(coder, allowance);
     for (render::TissueLayer& layer : body.layers) {

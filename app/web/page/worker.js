@@ -52,8 +52,8 @@ async function unpacked(data, name) {
     }
 }
 
-// A bundle: 'SELDWEB1', the length of its table (4 bytes, little endian), the table [[name, bytes]…] as JSON, contents.
-function put(bundle, name) {
+// Assets: 'SELDWEB1', the length of a table (4 bytes, little endian), the table [[path, bytes]…] as JSON, contents.
+function put_assets(bundle, name) {
     const text = new TextDecoder();
     if (text.decode(bundle.subarray(0, 8)) !== 'SELDWEB1')
         throw new Error(`${name}: expected files of Seldinger, found something else`);
@@ -67,28 +67,53 @@ function put(bundle, name) {
     }
 }
 
-async function fetch_bundle(name, told) {
-    const entry = files.bundles[name];
-    if (!entry) throw new Error(`expected the files of '${name}' among those of this page, found none`);
-    put(await unpacked(await bytes_of(entry, told), entry.path), entry.path);
+// The patient of an exercise, which others may have too: vessels, walls and body. One at a time is in the engine's cache.
+let patient = {bundle: null, holds: []};
+async function fetch_exercise(name) {
+    if (!(name in files.exercises)) throw new Error(`expected the name of an exercise, found '${name}'`);
+    const bundle = files.exercises[name];
+    if (!bundle || bundle === patient.bundle) return;
+    const entry = files.bundles[bundle], told = (part, doing) => postMessage({is: 'loading', exercise: name, part, doing});
+    for (const path of patient.holds) engine.FS.unlink(path);
+    patient = {bundle: null, holds: []};
+    let holds = await unpacked_before(bundle);
+    if (!holds) {
+        const data = await unpacked(await bytes_of(entry, size => told(0.4 * size / entry.bytes, 'fetching the patient')), entry.path);
+        told(0.4, 'unpacking the patient');
+        engine.FS.writeFile('/patient.bin', data);
+        try {
+            holds = call('unpack', '/patient.bin');
+        } finally {
+            engine.FS.unlink('/patient.bin');
+        }
+        keep_unpacked(bundle, holds);
+    }
+    patient = {bundle, holds};
 }
 
-// Vessels and bodies that other exercises have too are loaded once; those of the last exercise alone are kept.
-let kept = [];
-async function fetch_exercise(name) {
-    const needed = files.exercises[name];
-    if (!needed) throw new Error(`expected the name of an exercise, found '${name}'`);
-    for (const bundle of kept.filter(bundle => !needed.includes(bundle)))
-        for (const path of files.bundles[bundle].holds) engine.FS.unlink(path);
-    const missing = needed.filter(bundle => !kept.includes(bundle));
-    kept = needed.filter(bundle => kept.includes(bundle));
-    const whole = missing.reduce((sum, bundle) => sum + files.bundles[bundle].bytes, 0) || 1;
-    let before = 0;
-    for (const bundle of missing) {
-        await fetch_bundle(bundle, size =>
-            postMessage({is: 'loading', exercise: name, part: 0.7 * (before + size) / whole, doing: 'fetching the patient'}));
-        before += files.bundles[bundle].bytes;
-        kept.push(bundle);
+// Unpacking takes seconds: the last patients are kept unpacked too, where the browser keeps anything.
+const most_kept = 3;
+async function unpacked_before(bundle) {
+    try {
+        const cache = await caches.open('seldinger-patients'), list = await cache.match(bundle);
+        if (!list) return null;
+        const holds = await list.json();
+        for (const path of holds) engine.FS.writeFile(path, new Uint8Array(await (await cache.match(bundle + path)).arrayBuffer()));
+        return holds;
+    } catch {
+        return null;
+    }
+}
+async function keep_unpacked(bundle, holds) {
+    try {
+        const cache = await caches.open('seldinger-patients');
+        const lists = (await cache.keys()).filter(({url}) => !url.endsWith('.bin'));
+        for (const list of lists.slice(0, Math.max(0, lists.length + 1 - most_kept)))
+            for (const {url} of await cache.keys()) if (url.startsWith(list.url)) await cache.delete(url);
+        for (const path of holds) await cache.put(bundle + path, new Response(engine.FS.readFile(path)));
+        await cache.put(bundle, new Response(JSON.stringify(holds)));
+    } catch {
+        // It is unpacked again.
     }
 }
 
@@ -169,7 +194,7 @@ async function open(wanted) {
     call('open', JSON.stringify(wanted));
     opened = mine;
     ended = false;
-    progress_of = {exercise: wanted.exercise, from: 0.7, doing: ''};
+    progress_of = {exercise: wanted.exercise, from: 0.5, doing: ''};
     turn();
 }
 let latest = null, progress_of = {exercise: '', from: 0, doing: ''};
@@ -214,7 +239,7 @@ const acts = {
                 } catch {
                     continue;  // it does not count, and the page says why
                 }
-                if (!files.exercises[exercise]) continue;
+                if (!(exercise in files.exercises)) continue;
                 if (!groups.has(exercise)) groups.set(exercise, []);
                 groups.get(exercise).push(path);
             }
@@ -266,14 +291,12 @@ queue = (async () => {
         is: 'loading', exercise: progress_of.exercise, part: progress_of.from + (1 - progress_of.from) * part,
         doing: progress_of.doing || doing
     });
-    await fetch_bundle('common');
+    put_assets(await unpacked(await bytes_of(files.assets), files.assets.path), files.assets.path);
     engine.FS.mkdirTree('/cache');
     engine.FS.mkdirTree('/attempts');
     const about = call('begin');
-    for (const exercise of about.exercises) {
-        const needed = files.exercises[exercise.name] || [];
-        exercise.megabytes = needed.reduce((sum, bundle) => sum + files.bundles[bundle].bytes, 0) / 1e6;
-    }
-    about.exercises = about.exercises.filter(exercise => files.exercises[exercise.name]);
+    for (const exercise of about.exercises)
+        exercise.megabytes = (files.bundles[files.exercises[exercise.name]]?.bytes ?? 0) / 1e6;
+    about.exercises = about.exercises.filter(exercise => exercise.name in files.exercises);
     postMessage({is: 'ready', ...about});
 })().catch(fail);
