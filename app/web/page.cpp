@@ -451,9 +451,11 @@ public:
 
     /// Puts what `seldinger bake --for-web` packed into the cache: the names of its files.
     static Json unpack(const std::filesystem::path& file) {
-        const std::string bytes = io::read_text(file, "an exercise's files", "expected those of 'seldinger bake --for-web'");
+        const std::string bytes =
+            io::read_text(file, "an exercise's files", "expected those of 'seldinger bake --for-web'");
         Json names = Json::array();
-        for (const exercise::CarriedFile& carried : exercise::unpacked_from_transport(std::as_bytes(std::span(bytes)))) {
+        for (const exercise::CarriedFile& carried :
+             exercise::unpacked_from_transport(std::as_bytes(std::span(bytes)))) {
             const std::filesystem::path to = std::filesystem::path(baked().folder) / carried.name;
             io::write_whole(to, carried.bytes);
             names.push_back(to.string());

@@ -24,12 +24,12 @@ std::span<const std::byte> bytes_in(const std::string& text) {
 }
 
 /// Two closed meshes, one with a hole through it whose corners are elsewhere in the list, and texture.
-Body small_body(unsigned seed, int layers = 2) {
+Body small_body(unsigned seed) {
     std::mt19937 random(seed);
     const auto part = [&] { return random() * 0x1p-32; };
     Body body;
     body.origin = {0.1, -2.0 / 3, 1e-9};
-    for (int l = 0; l < layers; ++l) {
+    for (int l = 0; l < 2; ++l) {
         render::TissueLayer& layer = body.layers.emplace_back();
         layer.name = l == 0 ? "torus" : "";
         layer.material = render::Material::SoftTissue;
@@ -108,7 +108,7 @@ const Packed& small_exercise() {
             all.files.push_back(
                 {item.path.filename().string(), io::read_text(item.path, "file", "expected one")});
         all.files.push_back({"anatomy-0123456789abcdef.bin", "vessels as they are"});
-        all.files.push_back({"body-00000000000000ff.bin", bytes_of(small_body(1, 20), 255)});
+        all.files.push_back({"body-00000000000000ff.bin", bytes_of(small_body(1), 255)});
         all.bytes = packed_for_transport(all.files, small_tube());
         return all;
     }();
