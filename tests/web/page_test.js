@@ -66,17 +66,43 @@ async function whole_exercise(page, server) {
     await page.screenshot(path.join(pictures, 'end.png'));
     const title = await page.eval(`document.querySelector('#end h1').textContent`);
     expect(/^Target reached/.test(title), `expected 'Target reached' after the wire was pushed, found '${title}'`);
-    const base64 = await page.eval(`(async () => {
-        const blobs = [];
-        const made = URL.createObjectURL;
+    return saved(page, 'download');
+}
+
+/// What a button gives the browser to be saved.
+async function saved(page, id) {
+    return Buffer.from(await page.eval(`(async () => {
+        const blobs = [], made = URL.createObjectURL, click = HTMLAnchorElement.prototype.click;
         URL.createObjectURL = blob => { blobs.push(blob); return made(blob); };
         HTMLAnchorElement.prototype.click = () => {};
-        document.getElementById('download').click();
+        document.getElementById('${id}').click();
         for (let k = 0; k < 50 && blobs.length === 0; ++k) await new Promise(resolve => setTimeout(resolve, 100));
         URL.createObjectURL = made;
-        return btoa(String.fromCharCode(...new Uint8Array(await blobs[0].arrayBuffer())));
-    })()`);
-    return Buffer.from(base64, 'base64');
+        HTMLAnchorElement.prototype.click = click;
+        let text = '';
+        for (const byte of new Uint8Array(await blobs[0].arrayBuffer())) text += String.fromCharCode(byte);
+        return btoa(text);
+    })()`), 'base64');
+}
+
+/// The debriefing of the attempt that has just ended, and the teacher's table of what the browser keeps.
+async function papers(page) {
+    await page.eval(`document.getElementById('debrief').click()`);
+    await page.until(`document.querySelector('#paper-frame iframe')`, 60);
+    await sleep(1000);
+    await page.screenshot(path.join(pictures, 'debriefing.png'));
+    const debriefing = (await saved(page, 'paper-save')).toString();
+    expect(/<title>Debriefing/.test(debriefing) && /data:image\/png/.test(debriefing) && /straight-001/.test(debriefing),
+           `expected a debriefing of straight-001 with pictures, found ${debriefing.slice(0, 200)}`);
+    await page.eval(`document.getElementById('paper-back').click()`);
+    await page.eval(`document.getElementById('to-teacher').click()`);
+    await page.eval(`document.getElementById('of-here').click()`);
+    await page.until(`document.querySelector('#course iframe')`, 60);
+    await sleep(1000);
+    await page.screenshot(path.join(pictures, 'course.png'));
+    const course = (await saved(page, 'course-save')).toString();
+    expect(/Straight/.test(course) && !/does not count/.test(course),
+           `expected a table with an attempt at 'straight' that counts, found ${course.slice(0, 200)}`);
 }
 
 /// Largest differences that the page's images may have from the program's [grey levels of 255]. Beyond those of
@@ -174,6 +200,9 @@ async function first_image(page, server) {
                `the recording: expected states that the program reaches too, found: ${replayed.stdout}${replayed.stderr}`);
         const score = spawnSync(program, ['score', recording, '--cache', path.join(work, 'cache')], { encoding: 'utf8' });
         expect(score.status === 0, `score: ${score.stderr}`);
+        expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+
+        await papers(page);
         expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
 
         // Without a server: the page that was visited, and its exercise.
