@@ -135,9 +135,11 @@ std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const Ba
 
 /// Puts what the exercise as it is has in the cache into one file, for the page.
 int bake_for_web(const BakeArguments& arguments) {
-    if (arguments.without_bodies || !arguments.images.empty() || !arguments.set.empty())
+    if (arguments.without_bodies || !arguments.images.empty() || !arguments.set.empty() ||
+        !arguments.cache.empty())
         throw BadArgument(
-            "--for-web: expected the exercise as it is, found --set, --image or --without-bodies");
+            "--for-web: expected the exercise as it is, made anew, found --set, --image, --without-bodies or "
+            "--cache");
     io::require_writable(arguments.for_web);
     const std::filesystem::path file = exercise_named(arguments.vessels).file;
     const io::ScratchFolder folder;

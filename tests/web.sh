@@ -18,4 +18,5 @@ for file in assets/scripts/*.gw; do
 done
 # Debian's loader takes fetch() for a browser's.
 node --no-experimental-fetch tests/web/replay.js build/web/seldinger.js assets "$work/cache" "$work/runs"
+node --no-experimental-fetch tests/web/attack.js build/web/seldinger.js assets
 node tests/web/page_test.js build/web build/release/bin/seldinger build/web-pictures

@@ -14,7 +14,6 @@ const path = require('path');
 const zlib = require('zlib');
 
 const [program, root, out] = process.argv.slice(2).map(given => path.resolve(given));
-const cache = path.join(out, '..', 'web-cache');  // kept from one build to the next
 
 function files_below(folder, fits) {
     return fs.readdirSync(folder, { withFileTypes: true }).flatMap(entry => {
@@ -47,10 +46,10 @@ function assets() {
     return compressed('assets', Buffer.concat([Buffer.from('SELDWEB1'), length, table, ...contents.map(([, data]) => data)]));
 }
 
-/// Vessels, walls and patient of an exercise; null where it has none but a tube.
+/// Vessels, walls and patient of an exercise.
 function patient_of(name, work) {
     const file = path.join(work, name);
-    const ran = spawnSync(program, ['bake', name, '--for-web', file, '--cache', cache], { encoding: 'utf8' });
+    const ran = spawnSync(program, ['bake', name, '--for-web', file], { encoding: 'utf8' });
     if (ran.status !== 0) throw new Error(`${name}: ${ran.stderr.trim() || ran.error}`);
     return fs.readFileSync(file);
 }
@@ -62,7 +61,6 @@ function copied(from, to) {
 }
 
 fs.mkdirSync(path.join(out, 'data'), { recursive: true });
-fs.mkdirSync(cache, { recursive: true });
 const work = fs.mkdtempSync(path.join(os.tmpdir(), 'bundles-'));
 try {
     const page = path.join(root, 'app', 'web', 'page'), scenarios = path.join(root, 'assets', 'scenarios');

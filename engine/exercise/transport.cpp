@@ -134,7 +134,9 @@ std::string packed_for_transport(const std::vector<CarriedFile>& files, const an
     Head head;
     head.entries = files.size();
     head.checksum = geometry::checksum(bytes_of_text(entries));
-    return std::string(reinterpret_cast<const char*>(&head), sizeof head) + entries;
+    std::string all = std::string(reinterpret_cast<const char*>(&head), sizeof head) + entries;
+    static_cast<void>(unpacked_from_transport(bytes_of_text(all)));  // by the lengths that it states
+    return all;
 }
 
 std::vector<CarriedFile> unpacked_from_transport(Bytes bytes) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "render/picture/gl_functions.h"
 #include "render/picture/gl_source.h"
 #include "render/picture/offscreen.h"
 
@@ -16,18 +17,6 @@ namespace render {
 struct GlContext {
     OffscreenContext context;
 
-// clang-format off
-#define RENDER_GL_FUNCTIONS(X) \
-    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
-    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
-    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) \
-    X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) \
-    X(DrawElementsBaseVertex) X(Enable) X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) \
-    X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) \
-    X(LinkProgram) X(PixelStorei) X(ReadPixels) X(Scissor) X(ShaderSource) X(TexImage2D) X(TexParameteri) \
-    X(TexParameteriv) X(TexSubImage2D) X(Uniform1f) X(Uniform2f) X(Uniform3f) X(UniformMatrix4fv) \
-    X(UseProgram) X(VertexAttribPointer) X(Viewport)
-// clang-format on
 #define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
 #undef RENDER_GL_MEMBER
@@ -37,7 +26,6 @@ struct GlContext {
 #define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
         RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
 #undef RENDER_GL_LOAD
-#undef RENDER_GL_FUNCTIONS
     }
 
     /// Of shaders without the line of their version. Throws std::runtime_error when OpenGL refuses those of

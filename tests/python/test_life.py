@@ -309,6 +309,8 @@ print(json.dumps(said))
 
 def test_handlers_of_signals_in_the_middle_of_hundreds_of_calls_get_results_or_errors(cache):
     all_of = dict.fromkeys(("done", "refused", "raised", "forked"), 0)
+    # No more than 4: once in about 70 000 calls a handler began with an exception set, in CPython 3.11's os.lstat, for a
+    # reason that is not known; the more calls, the more often the suite fails of it.
     for seed in (random.randrange(10**6) for _ in range(4)):
         ended = run(HANDLERS, str(cache), str(seed), "100")
         assert (ended.stderr, ended.returncode) == ("", 0), f"seed {seed}"

@@ -9,7 +9,11 @@
 #include <emscripten/html5_webgl.h>
 #include <stdexcept>
 
+#include "render/picture/gl_functions.h"
 #include "render/picture/gl_source.h"
+
+/// Of the panel, which a page draws itself; WebGL has none.
+extern "C" void glDrawElementsBaseVertex(GLenum, GLsizei, GLenum, const void*, GLint) {}
 
 namespace render::gl_source {
 
@@ -66,28 +70,11 @@ bool is_of_this_process() {
     return true;
 }
 
-// clang-format off
-#define FUNCTIONS(X) \
-    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
-    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
-    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) \
-    X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(DrawElements) X(Enable) \
-    X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures) \
-    X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) \
-    X(ReadPixels) X(Scissor) X(ShaderSource) X(TexImage2D) X(TexParameteri) X(TexParameteriv) X(TexSubImage2D) X(Uniform1f) \
-    X(Uniform2f) X(Uniform3f) X(UniformMatrix4fv) X(UseProgram) X(VertexAttribPointer) X(Viewport)
-// clang-format on
-
-/// Of the panel, which a page draws itself.
-void draw_elements_base_vertex(GLenum, GLsizei, GLenum, const void*, GLint) {}
-
 Function function(const char* name) {
     if (std::strcmp(name, "glDisable") == 0) return reinterpret_cast<Function>(disable);
-    if (std::strcmp(name, "glDrawElementsBaseVertex") == 0)
-        return reinterpret_cast<Function>(draw_elements_base_vertex);
 #define FOUND(known) \
     if (std::strcmp(name, "gl" #known) == 0) return reinterpret_cast<Function>(gl##known);
-    FUNCTIONS(FOUND)
+    RENDER_GL_FUNCTIONS(FOUND)
 #undef FOUND
     return nullptr;
 }
