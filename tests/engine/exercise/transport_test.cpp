@@ -174,8 +174,9 @@ TEST(Transport, BringsVesselsAndFieldsByteForByteAndBodiesAsBodies) {
     ASSERT_EQ(back.size(), files.size());
     for (std::size_t f = 0; f < files.size(); ++f) {
         EXPECT_EQ(back[f].name, files[f].name);
-        if (!files[f].name.starts_with("body-"))
+        if (!files[f].name.starts_with("body-")) {
             EXPECT_TRUE(back[f].bytes == files[f].bytes) << files[f].name;
+        }
     }
     EXPECT_NE(body_of(bytes_in(back.back().bytes), 255), nullptr);
     EXPECT_THROW(packed_for_transport({{"other.bin", ""}}, small_tube()), io::InputError);
