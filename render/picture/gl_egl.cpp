@@ -52,6 +52,10 @@ EGLDisplay the_display() {
 
 }  // namespace
 
+bool adds_floats() {
+    return true;
+}
+
 void* make_context(int major, int minor) {
     if (the_display() == EGL_NO_DISPLAY || !eglBindAPI(EGL_OPENGL_API)) return nullptr;
     const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};

@@ -28,6 +28,10 @@ struct Context {
 
 }  // namespace
 
+bool adds_floats() {
+    return true;
+}
+
 void* make_context(int major, int minor) {
     const int attributes[] = {OSMESA_FORMAT,
                               OSMESA_RGBA,

@@ -12,6 +12,10 @@ extern const char* const package;
 /// The first lines of a shader: its language's version, and precisions where the language has them.
 extern const char* const shader_header;
 
+/// Whether there are contexts that add floats to a target of floats, as path lengths need: everywhere but in
+/// some browsers.
+bool adds_floats();
+
 /// A context of the core profile of this version; null when there is none.
 void* make_context(int major, int minor);
 void destroy_context(void*);

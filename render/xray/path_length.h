@@ -31,18 +31,24 @@ private:
     int pixels_ = 0;
 };
 
+/// What draws path lengths. Their images differ at silhouettes alone, by less than a snapped corner.
+enum class Rasteriser { OpenGl, Processor };
+/// OpenGL where it adds floats, and elsewhere the processor: in browsers alone.
+Rasteriser usual_rasteriser();
+
 /// Path lengths in a set of meshes, by adding signed depths of their faces (the L-buffer method: a face where
-/// the ray leaves counts +depth, one where it enters −depth) in a 32-bit float target. The meshes live in the
-/// GL context for the lifetime of the object. Threads may call at the same time; they draw one after the
+/// the ray leaves counts +depth, one where it enters −depth) in 32-bit floats. The meshes stay with the
+/// rasteriser for the lifetime of the object. Threads may call at the same time; they draw one after the
 /// other.
 class PathLengthRenderer {
 public:
-    PathLengthRenderer();
+    explicit PathLengthRenderer(Rasteriser = usual_rasteriser());
     ~PathLengthRenderer();
     PathLengthRenderer(const PathLengthRenderer&) = delete;
     PathLengthRenderer& operator=(const PathLengthRenderer&) = delete;
 
-    /// Adds a mesh; the returned number identifies it in `render`. Throws std::runtime_error when GL fails.
+    /// Adds a mesh, whose triangles name vertices that exist; the returned number identifies it in `render`.
+    /// Throws std::runtime_error when OpenGL fails.
     int add(const geometry::TriangleMesh&);
     /// Its vertices may be displaced: by `breath`, `beat` and `drift`, each one for every vertex or none
     /// [mm].
@@ -72,9 +78,10 @@ public:
     int accumulate(int mesh, const CArm& arm, Field& sum) { return accumulate(mesh, arm, sum, {}); }
 
 private:
-    struct Gl;
-    Gl& gl();
-    std::unique_ptr<Gl> gl_;  // made for the first mesh
+    struct State;
+    State& state();
+    Rasteriser rasteriser_;
+    std::unique_ptr<State> state_;  // made for the first mesh
 };
 
 /// A mesh that encloses some places twice, or is inside out: path lengths there would be counted wrongly.

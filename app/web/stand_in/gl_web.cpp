@@ -35,6 +35,15 @@ void disable(GLenum what) {
 
 }  // namespace
 
+bool adds_floats() {
+    static const bool adds = [] {
+        void* const context = make_context(3, 3);
+        if (context) destroy_context(context);
+        return context != nullptr;
+    }();
+    return adds;
+}
+
 void* make_context(int, int) {
     make_canvas();
     EmscriptenWebGLContextAttributes wanted;

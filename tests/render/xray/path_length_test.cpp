@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <iostream>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -20,18 +21,26 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 using render::CArm;
 using render::Field;
+using render::Rasteriser;
 
 CArm oblique_stand(int pixels) {
     return CArm{.lao = 0.5, .cranial = -0.2, .isocentre = Vec3(3, -8, 12), .pixels = pixels};
 }
 
-TEST(PathLength, OfASphereIsItsChord) {
+const char* name_of(const testing::TestParamInfo<Rasteriser>& rasteriser) {
+    return rasteriser.param == Rasteriser::OpenGl ? "OpenGl" : "Processor";
+}
+
+class PathLength : public testing::TestWithParam<Rasteriser> {};
+INSTANTIATE_TEST_SUITE_P(By, PathLength, testing::Values(Rasteriser::OpenGl, Rasteriser::Processor), name_of);
+
+TEST_P(PathLength, OfASphereIsItsChord) {
     constexpr double radius = 40.0;
     const Vec3 centre(10, 5, -7);
     // The tessellation stays inside the sphere by up to r(1 − cos(π/n)) = 0.012 mm at n = 128.
     const TriangleMesh mesh = render::ellipsoid(centre, Vec3(radius, radius, radius), 128);
     const CArm arm = oblique_stand(96);
-    render::PathLengthRenderer renderer;
+    render::PathLengthRenderer renderer(GetParam());
     const auto result = renderer.render(renderer.add(mesh), arm);
     EXPECT_EQ(result.unbalanced_pixels, 0);
     double error = 0.0, bias = 0.0;
@@ -56,12 +65,12 @@ TEST(PathLength, OfASphereIsItsChord) {
     EXPECT_LT(bias, 0.0);                            // inscribed
 }
 
-TEST(PathLength, RenderersThatGoFromThreadToThreadDrawTheSame) {
+TEST_P(PathLength, RenderersThatGoFromThreadToThreadDrawTheSame) {
     // Each is used by one thread at a time, but by another one each time.
     constexpr int renderers = 4, poses = 6, rounds = 60;
     struct Shared {
         std::mutex mutex;
-        render::PathLengthRenderer renderer;
+        render::PathLengthRenderer renderer{GetParam()};
         int mesh = 0;
     };
     std::array<Shared, renderers> all;
@@ -93,12 +102,12 @@ TEST(PathLength, RenderersThatGoFromThreadToThreadDrawTheSame) {
     EXPECT_EQ(different, 0);
 }
 
-TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
+TEST_P(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
     // Overlapping, nested-free, concave along some rays: a bent tube crossed by an ellipsoid.
     TriangleMesh mesh = render::tube({{-40, 0, -30}, {-20, 10, 0}, {5, 0, 25}, {35, -15, 20}, {45, 0, -20}},
                                      Vec3(0, 1, 0), {9, 8, 7, 9, 10}, {6, 9, 8, 6, 7}, 40);
     render::append(mesh, render::ellipsoid(Vec3(5, 8, 5), Vec3(30, 14, 22), 60));
-    render::PathLengthRenderer renderer;
+    render::PathLengthRenderer renderer(GetParam());
     const int drawn = renderer.add(mesh);
     const studies::AllHits oracle(mesh);
     // Amid the image, and half beyond its left and upper edge.
@@ -129,11 +138,11 @@ TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
     }
 }
 
-TEST(PathLength, AccumulatesOverWhatIsThere) {
+TEST_P(PathLength, AccumulatesOverWhatIsThere) {
     const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     const TriangleMesh b = render::ellipsoid(Vec3(60, 5, 5), Vec3(40, 40, 20));
     const CArm arm = oblique_stand(64);
-    render::PathLengthRenderer renderer;
+    render::PathLengthRenderer renderer(GetParam());
     const int first = renderer.add(a), second = renderer.add(b);
     Field sum(64, 64, 2.0f);
     EXPECT_EQ(renderer.accumulate(first, arm, sum), 0);
@@ -143,18 +152,18 @@ TEST(PathLength, AccumulatesOverWhatIsThere) {
         EXPECT_EQ(sum.values[i], 2.0f + one.values[i] + other.values[i]);
 }
 
-TEST(PathLength, DoesNotDependOnWhatWasDrawnBefore) {
+TEST_P(PathLength, DoesNotDependOnWhatWasDrawnBefore) {
     const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     const TriangleMesh b = render::ellipsoid(Vec3(5, 5, 5), Vec3(40, 40, 20));
     const CArm arm = oblique_stand(64);
-    render::PathLengthRenderer first, second;
+    render::PathLengthRenderer first(GetParam()), second(GetParam());
     const int own = first.add(a);
     const int other = second.add(b), later = second.add(a);
     second.render(other, oblique_stand(80));
     EXPECT_EQ(first.render(own, arm).length.values, second.render(later, arm).length.values);
 }
 
-TEST(PathLength, RefusesAnOpenMeshByNameWithItsBadPixels) {
+TEST(PathLengthMesh, RefusesAnOpenMeshByNameWithItsBadPixels) {
     TriangleMesh mesh = render::ellipsoid(Vec3(100, 0, 0), Vec3(30, 20, 25));
     EXPECT_EQ(render::unmatched_edges(mesh), 0);
     EXPECT_NO_THROW(render::require_closed("left kidney", mesh));
@@ -172,7 +181,7 @@ TEST(PathLength, RefusesAnOpenMeshByNameWithItsBadPixels) {
     }
 }
 
-TEST(PathLength, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
+TEST(PathLengthMesh, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
     const TriangleMesh ball = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     EXPECT_NO_THROW(render::require_simple("heart", ball));
     TriangleMesh two = ball;
@@ -197,7 +206,7 @@ TEST(PathLength, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
     EXPECT_NO_THROW(render::require_simple("heart", pricked));
 }
 
-TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
+TEST(PathLengthMesh, TakesAnUnindexedMeshAsClosed) {
     const TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     TriangleMesh loose;
     for (const auto& t : mesh.triangles) {
@@ -208,7 +217,7 @@ TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
     EXPECT_EQ(render::unmatched_edges(loose), 0);
 }
 
-TEST(PathLength, RefusesATriangleWithAMissingVertex) {
+TEST(PathLengthMesh, RefusesATriangleWithAMissingVertex) {
     TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     mesh.triangles.back()[1] = static_cast<int>(mesh.vertices.size());
     EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
@@ -217,11 +226,94 @@ TEST(PathLength, RefusesATriangleWithAMissingVertex) {
     EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
 }
 
-TEST(PathLength, CountsPixelsOfAMeshThatReachesBehindTheSource) {
+TEST_P(PathLength, CountsPixelsOfAMeshThatReachesBehindTheSource) {
     const CArm arm = oblique_stand(64);
-    render::PathLengthRenderer renderer;
+    render::PathLengthRenderer renderer(GetParam());
     const int around_source = renderer.add(render::ellipsoid(render::source(arm), Vec3(100, 100, 100)));
     EXPECT_GT(renderer.render(around_source, arm).unbalanced_pixels, 1000);
+}
+
+/// A bent tube or an ellipsoid, from needles to walls that reach far beyond the image, in front of the
+/// source.
+TriangleMesh random_body(geometry::Random& random, const CArm& arm) {
+    const auto somewhere = [&](double reach) {
+        return Vec3(random.between(-reach, reach), random.between(-reach, reach),
+                    random.between(-reach, reach));
+    };
+    const double size = std::pow(10.0, random.between(-0.5, 2.5));
+    TriangleMesh mesh;
+    if (random() < 0.5) {
+        std::vector<Vec3> path{somewhere(size)};
+        std::vector<double> widths, heights;
+        for (int k = 0; k < 5; ++k) path.push_back(path.back() + 0.5 * somewhere(size) + Vec3(0, 0, size));
+        for (std::size_t k = 0; k < path.size(); ++k) {
+            widths.push_back(size * random.between(0.02, 0.4));
+            heights.push_back(size * random.between(0.02, 0.4));
+        }
+        mesh = render::tube(path, Vec3(0, 1, 0), widths, heights, 12);
+    } else {
+        mesh = render::ellipsoid(
+            somewhere(size),
+            size * Vec3(random.between(0.02, 2), random.between(0.02, 2), random.between(0.02, 2)),
+            4 + static_cast<int>(random() * 40));
+    }
+    for (Vec3& v : mesh.vertices) {
+        v += arm.isocentre;
+        const double depth = render::axes(arm).beam.dot(v - render::source(arm));
+        // A wall may be at the source, and is then pressed flat before it.
+        if (depth < 2.0) v += (2.0 - depth) * render::axes(arm).beam;
+    }
+    return mesh;
+}
+
+CArm random_stand(geometry::Random& random) {
+    CArm arm{.lao = random.between(-2, 2),
+             .cranial = random.between(-0.7, 0.7),
+             .pixels = 16 << (2 * random() > 1)};
+    arm.pixels += static_cast<int>(random() * 60);
+    arm.isocentre = Vec3(random.between(-200, 200), random.between(-200, 200), random.between(-200, 200));
+    arm.sid = random.between(900, 1300);
+    arm.sod = random.between(500, 850);
+    arm.detector_width = random.between(100, 400);
+    return arm;
+}
+
+TEST(PathLengthRasterisers, ShareEveryPixelOfAThousandRandomBodies) {
+    std::array<render::PathLengthRenderer, 2> renderers{render::PathLengthRenderer(Rasteriser::OpenGl),
+                                                        render::PathLengthRenderer(Rasteriser::Processor)};
+    int covered = 0, different = 0;
+    double square = 0;
+    for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        geometry::Random random(seed);
+        const CArm arm = random_stand(random);
+        const TriangleMesh mesh = random_body(random, arm);
+        std::vector<Eigen::Vector3f> breath;
+        for (const Vec3& v : mesh.vertices)
+            breath.push_back(Eigen::Vector3f(0, 0, static_cast<float>(3 * std::sin(0.02 * v.x()))));
+        const double phase = random() < 0.3 ? 0.0 : random();
+        std::array<render::PathLengthRenderer::Result, 2> results;
+        for (std::size_t by = 0; by < results.size(); ++by)
+            results[by] = renderers[by].render(renderers[by].add(mesh, breath, {}), arm, {.breath = phase});
+        const auto& [opengl, processor] = results;
+        EXPECT_EQ(processor.unbalanced_pixels, 0);
+        for (std::size_t k = 0; k < processor.length.values.size(); ++k) {
+            const double one = opengl.length.values[k], other = processor.length.values[k];
+            ASSERT_TRUE(std::isfinite(other) && other >= 0);
+            if (one == 0 && other == 0) continue;
+            ++covered;
+            const double error = std::abs(one - other);
+            if (error > 0.01 + 1e-3 * std::max(one, other))
+                ++different;
+            else
+                square += error * error;
+        }
+    }
+    std::cout << covered << " pixels, " << different << " differ; rms of the others "
+              << std::sqrt(square / (covered - different)) << " mm\n";
+    EXPECT_GT(covered, 100000);
+    EXPECT_LT(different, 0.005 * covered);
+    EXPECT_LT(std::sqrt(square / (covered - different)), 0.002);
 }
 
 }  // namespace
