@@ -82,12 +82,12 @@ void add_tube(const std::vector<Station>& stations, const Bins& nodes,
         if (!(way.norm() > 1e-3)) continue;
         const Vec3 ahead = way.normalized();
         const bool joins = pieces.size() > first;
-        if (joins) pieces.back().ends = (pieces.back().ends + ahead).normalized();
+        const Vec3 begins = joins ? joined(pieces.back(), ahead) : ahead;
         pieces.push_back({fine[k].place, fine[k + 1].place,
                           static_cast<float>(0.5 * (fine[k].radius + fine[k + 1].radius)),
                           static_cast<float>(0.5 * (fine[k].fill + fine[k + 1].fill)),
-                          nodes.at(static_cast<double>(k) / static_cast<double>(fine.size())),
-                          joins ? pieces.back().ends : ahead, ahead});
+                          nodes.at(static_cast<double>(k) / static_cast<double>(fine.size())), begins,
+                          ahead});
     }
 }
 
@@ -482,9 +482,9 @@ void Veins::of_brain() {
             return Vec3((1 - near) * p + near * surface(off.normalized(), -1.5));
         };
         for (std::size_t i = from; i < pieces_.size(); ++i) {
-            pieces_[i].from = drape(pieces_[i].from);
-            pieces_[i].to = drape(pieces_[i].to);
-            pieces_[i].begins = pieces_[i].ends = Vec3::Zero();
+            render::VesselPiece& piece = pieces_[i];
+            piece = {drape(piece.from.cast<double>()), drape(piece.to.cast<double>()), piece.radius,
+                     piece.fill, piece.node};
         }
     }
 }

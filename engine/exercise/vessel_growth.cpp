@@ -178,9 +178,8 @@ private:
                          wide = std::clamp(1 - now / narrowing, 0.0, 1.0);
             const double there = radius + (mouth - radius) * wide * wide * (3 - 2 * wide);
             const Vec3 ahead = (next - at).normalized();
-            if (begin > 0) pieces_.back().ends = (pieces_.back().ends + ahead).normalized();
-            pieces_.push_back({at, next, static_cast<float>(there), 1, 0,
-                               begin > 0 ? pieces_.back().ends : heading, ahead});
+            const Vec3 begins = begin > 0 ? joined(pieces_.back(), ahead) : heading;
+            pieces_.push_back({at, next, static_cast<float>(there), 1, 0, begins, ahead});
             times_.push_back(time + 0.5 * (begin + end) * length / radius);
             latest_ = std::max(latest_, times_.back());
             way += (next - at).norm();
@@ -195,7 +194,7 @@ private:
             for (int j = 0; j < parts; ++j)
                 add(begin + (end - begin) * j / parts, begin + (end - begin) * (j + 1) / parts);
         }
-        pieces_.back().ends = in;
+        pieces_.back().ends = in.cast<float>();
         return in;
     }
 
@@ -207,6 +206,12 @@ private:
 };
 
 }  // namespace
+
+Vec3 joined(render::VesselPiece& piece, const Vec3& ahead) {
+    const Vec3 normal = (piece.ends.cast<double>() + ahead).normalized();
+    piece.ends = normal.cast<float>();
+    return normal;
+}
 
 void grow_into(std::vector<Vec3> tissue, const Root& root, const NodeRange& nodes,
                std::vector<render::VesselPiece>& pieces) {

@@ -35,6 +35,9 @@ struct NodeRange {
     bool to_root = false;
 };
 
+/// Ends a piece at the plane halfway to the heading of the next, and returns its normal.
+geometry::Vec3 joined(render::VesselPiece&, const geometry::Vec3& ahead);
+
 /// Divides the points of a tissue among the branches of a tree, which end at them. Radii follow Murray's law
 /// (1926) with the exponent that leads from the root to the smallest vessels; a branch keeps its direction
 /// and the width of the trunk where it leaves that. The same arguments give the same pieces.

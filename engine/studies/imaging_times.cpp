@@ -131,9 +131,9 @@ struct Room {
 
 std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
-    double lengths = 0;
-    {
-        render::PathLengthRenderer renderer;
+    std::array<double, 2> lengths{};  // by OpenGL, by the processor
+    for (const render::Rasteriser by : {render::Rasteriser::OpenGl, render::Rasteriser::Processor}) {
+        render::PathLengthRenderer renderer(by);
         int drawn = 0;
         // As in the fluoroscope, for which a lumen like its surroundings is visible by contrast only.
         for (const render::TissueLayer& layer : scene.layers)
@@ -144,7 +144,7 @@ std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int p
             for (int mesh = 0; mesh < drawn; ++mesh) renderer.accumulate(mesh, arm, sum);
         };
         all();
-        lengths = median_ms(calls, all);
+        lengths[static_cast<std::size_t>(by)] = median_ms(calls, all);
     }
     render::Fluoroscope scope = room.fluoroscope(scene);
     const double whole = room.pose_change(scope, arm, calls);
@@ -158,8 +158,9 @@ std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int p
             triangles_of(scene.layers),
             scene.layers.size(),
             pixels,
-            lengths,
-            std::max(0.0, whole - lengths - frame),
+            lengths[0],
+            lengths[1],
+            std::max(0.0, whole - lengths[0] - frame),
             frame,
             matrix,
             whole,
@@ -229,9 +230,10 @@ StudyResult imaging_times(const StudyOptions& options) {
     const Room room(options);
     const int calls = options.quick ? 1 : 15;
     const std::vector<int> sizes = options.quick ? std::vector{128} : std::vector{512, 1024};
-    io::Table poses{"imaging_pose_ms",
-                    {"scene", "triangles", "layers", "pixels", "path_lengths", "beam_and_display", "frame",
-                     "contrast_matrix", "pose_change", "pose_change_with_matrix"}};
+    io::Table poses{
+        "imaging_pose_ms",
+        {"scene", "triangles", "layers", "pixels", "path_lengths", "path_lengths_by_processor",
+         "beam_and_display", "frame", "contrast_matrix", "pose_change", "pose_change_with_matrix"}};
     io::Table frames{"imaging_frame_ms",
                      {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
                       "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"}};

@@ -116,8 +116,9 @@ DistalVessels::DistalVessels(std::vector<VesselPiece> pieces, std::uint32_t node
                           piece.radius > 0 && std::isfinite(piece.fill) && piece.fill >= 0;
         if (!fine || piece.node >= nodes)
             throw std::invalid_argument("a piece of a distal artery is not usable");
-        const double length = (piece.to - piece.from).norm() + 1e-9;
-        middle_[piece.node] += length * (piece.from + piece.to) / 2;
+        const Vec3 from = piece.from.cast<double>(), to = piece.to.cast<double>();
+        const double length = (to - from).norm() + 1e-9;
+        middle_[piece.node] += length * (from + to) / 2;
         lengths[piece.node] += length;
     }
     for (std::size_t n = 0; n < middle_.size(); ++n)
@@ -131,7 +132,8 @@ DistalMatrix DistalVessels::at(const CArm& arm) const {
     const ArmAxes detector = axes(arm);
     std::vector<Passage> passages;
     for (const VesselPiece& piece : pieces_) {
-        const Pixel a = project(arm, piece.from), b = project(arm, piece.to);
+        const Vec3 from = piece.from.cast<double>(), to = piece.to.cast<double>();
+        const Pixel a = project(arm, from), b = project(arm, to);
         if (a.depth <= 1 || b.depth <= 1) continue;
         const double scale = arm.sid / (0.5 * (a.depth + b.depth)) / pixel;  // [px/mm]
         Projected p{};
@@ -140,17 +142,19 @@ DistalMatrix DistalVessels::at(const CArm& arm) const {
         const auto dx = static_cast<float>(b.x - a.x), dy = static_cast<float>(b.y - a.y);
         const float seen = std::hypot(dx, dy);
         if (seen > 1e-6f) p.along_x = dx / seen, p.along_y = dy / seen;
-        const double whole = (piece.to - piece.from).norm();
+        const double whole = (to - from).norm();
         if (!(whole > 0)) continue;
         const auto volume = static_cast<float>(whole * scale);  // per px² of section
         // A piece along the ray would be a point.
         p.length = std::max(seen, least_sine * volume);
         p.depth_per_area = static_cast<float>(1 / scale) * volume / p.length;
-        const Vec3 axis = (piece.to - piece.from) / whole,
-                   ray = ray_direction(arm, 0.5 * (a.x + b.x), 0.5 * (a.y + b.y)),
+        const Vec3 axis = (to - from) / whole, ray = ray_direction(arm, 0.5 * (a.x + b.x), 0.5 * (a.y + b.y)),
                    side = (-p.along_y * detector.right - p.along_x * detector.up) / scale;
-        const End begin(piece.begins.isZero() ? axis : piece.begins, axis, whole, p.length, side, ray),
-            end(piece.ends.isZero() ? axis : piece.ends, axis, whole, p.length, side, ray);
+        const auto normal = [&axis](const Eigen::Vector3f& given) {
+            return given.isZero() ? axis : Vec3(given.cast<double>());
+        };
+        const End begin(normal(piece.begins), axis, whole, p.length, side, ray),
+            end(normal(piece.ends), axis, whole, p.length, side, ray);
         // Its ends are seen at a slant.
         const auto oblique = [&](const End& plane) {
             return (std::abs(plane.per_across) * p.radius +

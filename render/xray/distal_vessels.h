@@ -2,6 +2,7 @@
 /// Arteries too small for a wire, which only the image shows: straight pieces of which contrast fills those
 /// that it has reached.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,13 +16,26 @@ namespace render {
 
 /// A cylinder, cut by planes. Its blood has the concentration of a node, thinned by `fill`, so that a vessel
 /// can fade out.
+/// In single precision: a patient has half a million of them.
 struct VesselPiece {
-    geometry::Vec3 from, to;  // [mm]
-    float radius = 0;         // [mm]
-    float fill = 1;           // [-]
+    VesselPiece() = default;
+    VesselPiece(const geometry::Vec3& start, const geometry::Vec3& end, float wide, float filled,
+                std::uint32_t of, const geometry::Vec3& first_normal = geometry::Vec3::Zero(),
+                const geometry::Vec3& last_normal = geometry::Vec3::Zero())
+        : from(start.cast<float>()),
+          to(end.cast<float>()),
+          radius(wide),
+          fill(filled),
+          node(of),
+          begins(first_normal.cast<float>()),
+          ends(last_normal.cast<float>()) {}
+
+    Eigen::Vector3f from = Eigen::Vector3f::Zero(), to = Eigen::Vector3f::Zero();  // [mm]
+    float radius = 0;                                                              // [mm]
+    float fill = 1;                                                                // [-]
     std::uint32_t node = 0;
     /// Normals of the planes that it ends at, where it joins another at an angle; zero: across it.
-    geometry::Vec3 begins = geometry::Vec3::Zero(), ends = geometry::Vec3::Zero();
+    Eigen::Vector3f begins = Eigen::Vector3f::Zero(), ends = Eigen::Vector3f::Zero();
 };
 
 /// Node → pixels that see its pieces, with the mean length of the pixel's ray through them [mm].

@@ -206,7 +206,7 @@ void expect_distal_trees(const anatomy::Anatomy& vessels, const std::string& whe
         if (k >= outlets.size()) continue;  // of a source
         ++own[k];
         ASSERT_LE(piece.radius, outlets[k].radius * (1 + 1e-6)) << where << ": " << outlets[k].end;
-        ASSERT_TRUE(reach[k].contains(piece.to)) << where << ": " << outlets[k].end;
+        ASSERT_TRUE(reach[k].contains(piece.to.cast<double>())) << where << ": " << outlets[k].end;
     }
     for (std::size_t k = 0; k < outlets.size(); ++k) {
         if (!(outlets[k].arterial > 0)) continue;

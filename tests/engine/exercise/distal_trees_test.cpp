@@ -30,7 +30,7 @@ TEST(DistalTrees, FillTheirOrgansDownToTheSmallestArteries) {
             ++own;
             least = std::min<double>(least, piece.radius), most = std::max<double>(most, piece.radius);
             first_bin += piece.node % bins == 0;
-            if (outlets[k].organ == "kidney") inside += query.encloses(piece.to);
+            if (outlets[k].organ == "kidney") inside += query.encloses(piece.to.cast<double>());
         }
         EXPECT_GT(own, 100u) << outlets[k].end;
         EXPECT_GT(first_bin, 0u) << outlets[k].end;
@@ -74,11 +74,12 @@ Steps steps_at(const anatomy::Anatomy& vessels, const blood::BloodFlow& blood,
     while (chain.size() < 400) {
         const render::VesselPiece* next = nullptr;
         for (const render::VesselPiece& piece : own)
-            if ((piece.from - at).norm() < 1e-6 && (!next || piece.radius > next->radius)) next = &piece;
+            if ((piece.from.cast<double>() - at).norm() < 1e-4 && (!next || piece.radius > next->radius))
+                next = &piece;
         if (!next || next->radius < 0.4 * end.radius) break;
         chain.push_back(*next);
-        way.push_back({(next->from + next->to) / 2, next->radius});
-        at = next->to;
+        way.push_back({(next->from + next->to).cast<double>() / 2, next->radius});
+        at = next->to.cast<double>();
     }
     render::CArm arm;
     // Across the first part of the way.
@@ -211,11 +212,11 @@ TEST(DistalTrees, VeinsLeadOnFromWhatArteriesSupply) {
         ASSERT_TRUE(piece.from.allFinite() && piece.to.allFinite());
         ASSERT_LT(piece.node, nodes);
         if (piece.node < arteries) continue;
-        const double length = (piece.to - piece.from).norm();
+        const double length = static_cast<double>((piece.to - piece.from).norm());
         veins += length;
         if (piece.node >= nodes - blood::DistalArteries::bins) in_sinuses += length;
-        highest = std::max(highest, piece.to.z());
-        lowest = std::min(lowest, piece.to.z());
+        highest = std::max(highest, static_cast<double>(piece.to.z()));
+        lowest = std::min(lowest, static_cast<double>(piece.to.z()));
     }
     // From the vertex to the neck, sinuses and what leads to them.
     EXPECT_GT(veins, 2000);
