@@ -110,8 +110,7 @@ void blobs(RangeCoder& coder, Allowance& allowance, NumberModel& count_model,
         smallest = std::min(smallest, static_cast<double>(radius_of(rounded_radius(blob))));
     // 0.1 to 0.4 mm in steps of 0.01.
     NumberModel step_model;
-    const int hundredths = std::clamp(
-        coder.number(step_model, static_cast<int>(50 * smallest)), 10, 40);
+    const int hundredths = std::clamp(coder.number(step_model, static_cast<int>(50 * smallest)), 10, 40);
     const double step = 0.01 * hundredths;
     std::vector<RoundBlob> round;
     if (!coder.reads()) {

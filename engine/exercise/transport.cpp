@@ -121,8 +121,7 @@ std::string packed_for_transport(const std::vector<CarriedFile>& files, const an
                 throw io::InputError("'{}': expected vessels, a distance field or a body", file.name);
         }
         const std::string back = unpacked(file.name, bytes_of_text(packed), largest_unpacked);
-        if (back != file.bytes)
-            throw io::InputError("{}: it does not come back as it was", file.name);
+        if (back != file.bytes) throw io::InputError("{}: it does not come back as it was", file.name);
         EntryHead head;
         std::ranges::copy(file.name, head.name);
         head.packed = packed.size();

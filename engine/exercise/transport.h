@@ -17,7 +17,8 @@ struct CarriedFile {
 };
 
 /// Packs files of a cache for transport: they come back byte for byte. The fields are those of this anatomy,
-/// and are made anew. Throws io::InputError for a file that is none of these, and for one that would not come back.
+/// and are made anew. Throws io::InputError for a file that is none of these, and for one that would not come
+/// back.
 std::string packed_for_transport(const std::vector<CarriedFile>&, const anatomy::Anatomy&);
 
 /// The files again, to be written to a cache. Throws io::InputError, which says what is wrong, for bytes that

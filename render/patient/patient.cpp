@@ -459,8 +459,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec, std::vector<Layer
     geometry::Allowance unlimited{std::numeric_limits<std::size_t>::max()};
     for (std::size_t l = 0; l < layers.size(); ++l) {
         TissueLayer& layer = layers[l];
-        for (Vec3& v : layer.mesh.vertices)
-            v = geometry::on_grid(v + askew(v) + spec.origin, corner_step);
+        for (Vec3& v : layer.mesh.vertices) v = geometry::on_grid(v + askew(v) + spec.origin, corner_step);
         for (TextureBlob& blob : layer.texture_blobs) {
             const Vec3 middle = blob.middle.cast<double>();
             blob.middle = (middle + askew(middle) + spec.origin).cast<float>();

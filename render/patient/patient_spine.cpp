@@ -335,8 +335,7 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         shape.roughen(0.45, 0.35, chance.field("sacral cortex"));
         const shape::Surfaces surfaces = shape::polygonised(shape, 2.0);
         bones.add(surfaces);
-        bones.add_grain(shape, 0.4, 14.0, 5.0, Vec3(0, 0.3, 0.6),
-                        chance.field("sacral trabeculae"));
+        bones.add_grain(shape, 0.4, 14.0, 5.0, Vec3(0, 0.3, 0.6), chance.field("sacral trabeculae"));
     }
 }
 

@@ -61,9 +61,8 @@ TexturePattern tissue_texture(const Chance& chance, const shape::Solid& tissue, 
     pattern.seed = chance.seed();
     pattern.numbers = {low.x(),  low.y(),    low.z(),    size.x(),  size.y(),
                        size.z(), origin.x(), origin.y(), origin.z()};
-    pattern.choose({}, [&](const TextureTry& at) {
-        return tissue.distance(at.middle) <= -0.8 * at.radius * at.length;
-    });
+    pattern.choose(
+        {}, [&](const TextureTry& at) { return tissue.distance(at.middle) <= -0.8 * at.radius * at.length; });
     return pattern;
 }
 

@@ -38,8 +38,8 @@ double rarest_tissue() {
     return geometry::pow(smallest / largest, power);
 }
 double tissue_tries(const Vec3& size) {
-    constexpr double mean_volume = std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) *
-                                   smallest * smallest * smallest;
+    constexpr double mean_volume =
+        std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) * smallest * smallest * smallest;
     return filled / mean_volume * (1.0 - rarest_tissue()) / power * size.prod();
 }
 
@@ -159,8 +159,7 @@ public:
     bool code(RangeCoder& coder, const TextureTry& at, bool keeps) {
         std::size_t place[3];
         for (int k = 0; k < 3; ++k)
-            place[k] =
-                std::min(size_[k] - 2, 1 + static_cast<std::size_t>((at.middle[k] - low_[k]) / cell));
+            place[k] = std::min(size_[k] - 2, 1 + static_cast<std::size_t>((at.middle[k] - low_[k]) / cell));
         const std::size_t here = (place[2] * size_[1] + place[1]) * size_[0] + place[0];
         int around = 0;
         for (const std::size_t step : {std::size_t{1}, size_[0], size_[0] * size_[1]})
@@ -276,8 +275,8 @@ void TexturePattern::draw(const geometry::TriangleMesh& mesh, std::vector<Textur
             for (int k = 0; k < count; ++k) {
                 const Vec3 at = somewhere_on(on, random);
                 const double x = random.between(-0.4, 0.4), y = random.between(-0.4, 0.4),
-                             z = random.between(-0.4, 0.4), depth = random.between(0.0, 1.7),
-                             wide = random(), thick = random.between(1.1, 2.2);
+                             z = random.between(-0.4, 0.4), depth = random.between(0.0, 1.7), wide = random(),
+                             thick = random.between(1.1, 2.2);
                 TextureBlob blob;
                 blob.middle = (at + depth * on.inward).cast<float>();
                 blob.axis = (on.inward + Vec3(x, y, z)).normalized().cast<float>();
