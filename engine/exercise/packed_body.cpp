@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -230,13 +231,13 @@ void go_through(RangeCoder& coder, Body& body, std::size_t largest) {
 std::string packed_body(const Body& body) {
     RangeCoder coder;
     Body copy = body;
-    go_through(coder, copy, std::size_t{1} << 40);
+    go_through(coder, copy, std::numeric_limits<std::size_t>::max());
     return coder.take();
 }
 
 Body rounded_body(const Body& body) {
     const std::string packed = packed_body(body);
-    return unpacked_body(std::as_bytes(std::span(packed)), std::size_t{1} << 40);
+    return unpacked_body(std::as_bytes(std::span(packed)), std::numeric_limits<std::size_t>::max());
 }
 
 Body unpacked_body(std::span<const std::byte> packed, std::size_t largest) {
