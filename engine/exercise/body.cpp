@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "engine/anatomy/model_cache.h"
+#include "engine/exercise/packed_body.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mapped_file.h"
 #include "physics/geometry/state.h"
@@ -77,7 +78,7 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
 }
 
 /// To be raised whenever the same PatientSpec gives another body, or the layout of a kept one changes.
-constexpr std::uint64_t body_version = 8;
+constexpr std::uint64_t body_version = 9;
 
 /// Covers all that a body is made from.
 std::uint64_t key_of(const render::PatientSpec& spec) {
@@ -114,7 +115,7 @@ struct KeptBody {
 
     void state(geometry::StateStream& s) {
         std::uint64_t layers = body.layers.size();
-        s(body.origin, layers);
+        s(body.origin, layers, body.textures);
         if (s.restores())
             body.layers.resize(std::min<std::uint64_t>(layers, 1000));  // far more than there are
         for (render::TissueLayer& layer : body.layers) {
@@ -195,11 +196,9 @@ std::shared_ptr<const Body> body_around(const anatomy::Anatomy& anatomy, const a
         anatomy::count(anatomy::Made::Body);
         const auto made = std::make_shared<Body>();
         made->origin = spec.origin;
-        made->layers = render::make_patient(spec);
-        for (render::TissueLayer& layer : made->layers) {
-            render::require_closed(layer.name, layer.mesh);
-            layer.closed = true;
-        }
+        made->layers = render::make_patient(spec, &made->textures);
+        for (const render::TissueLayer& layer : made->layers) render::require_closed(layer.name, layer.mesh);
+        *made = rounded_body(*made);
         made->metered.emplace(made->layers);
         if (place.exists()) place.keep_file(bytes_of(*made, key));
         if (cache.progress) cache.progress(1.0, "body");

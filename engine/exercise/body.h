@@ -9,6 +9,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
+#include "render/patient/texture_pattern.h"
 #include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
 
@@ -18,6 +19,7 @@ struct Body {
     geometry::Vec3 origin;  // of the body frame (render/patient/body.h) in that of the vessels [mm]
     /// At rest; each has been found to be closed. The lumen is not among them.
     std::vector<render::TissueLayer> layers;
+    std::vector<render::LayerTexture> textures;    // of each layer; none: blobs are one by one
     std::optional<render::MeteredLayers> metered;  // what exposure meters need of these
 };
 

@@ -6,22 +6,24 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "physics/geometry/maths.h"
+#include "physics/geometry/packed_mesh.h"
 #include "physics/geometry/range_coder.h"
 
 namespace exercise {
 namespace {
 
+using geometry::Allowance;
 using geometry::BitModel;
 using geometry::NumberModel;
 using geometry::RangeCoder;
 using Steps = std::array<std::int32_t, 3>;
-using Triangle = std::array<int, 3>;
 
 constexpr std::int32_t farthest = 1 << 20;  // steps from the origin
 
@@ -41,243 +43,6 @@ std::int32_t near(RangeCoder& coder, NumberModel& model, std::int32_t expected, 
     return static_cast<std::int32_t>(found);
 }
 
-/// What may still be unpacked, in bytes as the cache keeps them.
-struct Allowance {
-    std::size_t left;
-
-    std::size_t count(RangeCoder& coder, NumberModel& model, std::size_t count, std::size_t bytes) {
-        const std::int32_t told = coder.number(model, static_cast<std::int32_t>(count));
-        if (told < 0 || static_cast<std::size_t>(told) > left / bytes) damaged();
-        left -= static_cast<std::size_t>(told) * bytes;
-        return static_cast<std::size_t>(told);
-    }
-};
-
-/// Triangles one after another, each across an edge of one before it where there is one. Directed edges that
-/// wait for their triangle are gates; of closed meshes that are turned alike, each edge has two triangles,
-/// and one of each direction.
-class MeshCoder {
-public:
-    MeshCoder(RangeCoder& coder, Allowance& allowance) : coder_(coder), allowance_(allowance) {}
-
-    void mesh(geometry::TriangleMesh& mesh) {
-        const std::size_t vertices = allowance_.count(coder_, models_.count, mesh.vertices.size(), 24);
-        const std::size_t triangles = allowance_.count(coder_, models_.count, mesh.triangles.size(), 12);
-        if (vertices > 3 * triangles) damaged();
-        forget(vertices);
-        Given given(coder_.reads() ? geometry::TriangleMesh{} : mesh);
-        std::vector<Triangle> made;
-        made.reserve(triangles);
-        while (made.size() < triangles) {
-            Gate gate;
-            bool open = false;
-            while (!open && !waiting_.empty()) {
-                gate = waiting_.back();
-                waiting_.pop_back();
-                open = waits(gate.from, gate.to);
-            }
-            Triangle corners{};
-            if (open) {
-                const int third = given.across(gate.from, gate.to);
-                if (!coder_.bit(models_.there, third >= 0)) {
-                    close(gate.from, gate.to);
-                    continue;
-                }
-                corners = {gate.from, gate.to, corner(given, third, gate)};
-            } else {
-                Triangle first = given.next();
-                for (std::size_t k = 0; k < 3; ++k)
-                    corners[k] = seed(given, first[k], k > 0 ? corners[k - 1] : -1);
-            }
-            made.push_back(corners);
-            for (std::size_t k = 0; k < 3; ++k) {
-                const int a = corners[k], b = corners[(k + 1) % 3];
-                if (waits(a, b))
-                    close(a, b);
-                else
-                    opened(b, a, corners[(k + 2) % 3]);
-            }
-        }
-        if (!coder_.reads()) return;
-        mesh.vertices.clear();
-        for (const Steps& place : places_)
-            mesh.vertices.emplace_back(body_step * place[0], body_step * place[1], body_step * place[2]);
-        mesh.triangles = std::move(made);
-    }
-
-private:
-    struct Gate {
-        int from = -1, to = -1, behind = -1;  // corner of the triangle on the other side
-    };
-    /// The mesh that is packed, in the numbers that its corners get; -1 throughout while one is unpacked.
-    class Given {
-    public:
-        explicit Given(const geometry::TriangleMesh& mesh)
-            : mesh_(mesh), number_(mesh.vertices.size(), -1), done_(mesh.triangles.size()) {
-            for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-                for (std::size_t k = 0; k < 3; ++k)
-                    edges_.push_back({mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3],
-                                      static_cast<int>(t), static_cast<int>(k)});
-            std::ranges::sort(edges_);
-        }
-        /// The corner opposite of an edge in a triangle that is not done, and is now.
-        int across(int from, int to) {
-            if (mesh_.vertices.empty()) return -1;
-            const std::array<int, 4> wanted{old_[static_cast<std::size_t>(from)],
-                                            old_[static_cast<std::size_t>(to)], 0, 0};
-            for (auto e = std::ranges::lower_bound(edges_, wanted);
-                 e != edges_.end() && (*e)[0] == wanted[0] && (*e)[1] == wanted[1]; ++e) {
-                const auto t = static_cast<std::size_t>((*e)[2]);
-                if (done_[t]) continue;
-                done_[t] = true;
-                return mesh_.triangles[t][static_cast<std::size_t>((*e)[3] + 2) % 3];
-            }
-            return -1;
-        }
-        Triangle next() {
-            while (first_ < done_.size() && done_[first_]) ++first_;
-            if (first_ == done_.size()) return {0, 0, 0};
-            done_[first_] = true;
-            return mesh_.triangles[first_];
-        }
-        int number(int old) const { return number_.empty() ? -1 : number_[static_cast<std::size_t>(old)]; }
-        void give(int old, int number) {
-            if (number_.empty()) return;
-            number_[static_cast<std::size_t>(old)] = number;
-            old_.push_back(old);
-        }
-        Steps place(int old) const {
-            Steps steps{};
-            if (!mesh_.vertices.empty())
-                for (int k = 0; k < 3; ++k)
-                    steps[static_cast<std::size_t>(k)] =
-                        in_steps(mesh_.vertices[static_cast<std::size_t>(old)][k], body_step);
-            return steps;
-        }
-
-    private:
-        const geometry::TriangleMesh mesh_;
-        std::vector<int> number_, old_;
-        std::vector<char> done_;
-        std::vector<std::array<int, 4>> edges_;
-        std::size_t first_ = 0;
-    };
-    struct Models {
-        NumberModel count;
-        BitModel there;
-        std::array<std::array<BitModel, 4>, 4 * 8 * 8> kind;
-        NumberModel back;
-        std::array<NumberModel, 3 * 12> residual;
-        BitModel seed_is_new;
-    };
-
-    void forget(std::size_t vertices) {
-        vertices_ = vertices;
-        places_.clear();
-        around_.clear();
-        waiting_.clear();
-        after_.clear();
-        before_.clear();
-    }
-
-    enum Kind { New, Right, Left, Other };
-
-    int corner(Given& given, int old, const Gate& gate) {
-        const int right = beside(after_[static_cast<std::size_t>(gate.to)], gate.from),
-                  left = beside(before_[static_cast<std::size_t>(gate.from)], gate.to);
-        const int number = given.number(old < 0 ? 0 : old);
-        int kind = number < 0 ? New : number == right ? Right : number == left ? Left : Other;
-        const std::size_t context =
-            static_cast<std::size_t>(last_kind_) * 64 + busy(gate.from) * 8 + busy(gate.to);
-        kind = coder_.symbol(models_.kind[context], 2, kind);
-        last_kind_ = kind;
-        if (kind == Right || kind == Left) {
-            const int found = kind == Right ? right : left;
-            if (found < 0) damaged();
-            return found;
-        }
-        if (kind == Other) return earlier(number);
-        Steps expected{};
-        const auto at = [&](int v) { return places_[static_cast<std::size_t>(v)]; };
-        for (std::size_t k = 0; k < 3; ++k)
-            expected[k] =
-                std::clamp(at(gate.from)[k] + at(gate.to)[k] - at(gate.behind)[k], -farthest, farthest);
-        return added(given, old, expected);
-    }
-    int seed(Given& given, int old, int last) {
-        const int number = given.number(old);
-        if (!coder_.bit(models_.seed_is_new, number < 0)) return earlier(number);
-        return added(given, old, last < 0 ? Steps{} : places_[static_cast<std::size_t>(last)]);
-    }
-    int earlier(int number) {
-        const auto count = static_cast<std::int64_t>(places_.size());
-        const std::int64_t found =
-            count - coder_.number(models_.back, static_cast<std::int32_t>(count) - number);
-        if (found < 0 || found >= count) damaged();
-        return static_cast<int>(found);
-    }
-    int added(Given& given, int old, const Steps& expected) {
-        if (places_.size() >= vertices_) damaged();
-        const Steps value = given.place(old);
-        Steps place{};
-        int widest = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            place[k] =
-                near(coder_, models_.residual[k * 12 + static_cast<std::size_t>(k > 0 ? widest : widest_)],
-                     expected[k], value[k]);
-            widest = std::max(widest, std::min(11, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(
-                                                       std::abs(place[k] - expected[k]))))));
-        }
-        widest_ = widest;
-        given.give(old, static_cast<int>(places_.size()));
-        places_.push_back(place);
-        around_.push_back(0);
-        after_.emplace_back();
-        before_.emplace_back();
-        return static_cast<int>(places_.size()) - 1;
-    }
-
-    std::size_t busy(int vertex) const {
-        return static_cast<std::size_t>(std::min(7, around_[static_cast<std::size_t>(vertex)]));
-    }
-    bool waits(int from, int to) const {
-        const std::vector<int>& ends = after_[static_cast<std::size_t>(from)];
-        return std::ranges::find(ends, to) != ends.end();
-    }
-    /// The other end of the gate that was opened last of those at a corner.
-    static int beside(const std::vector<int>& ends, int other) {
-        for (auto end = ends.rbegin(); end != ends.rend(); ++end)
-            if (*end != other) return *end;
-        return -1;
-    }
-    void opened(int from, int to, int behind) {
-        after_[static_cast<std::size_t>(from)].push_back(to);
-        before_[static_cast<std::size_t>(to)].push_back(from);
-        waiting_.push_back({from, to, behind});
-        ++around_[static_cast<std::size_t>(from)];
-        ++around_[static_cast<std::size_t>(to)];
-    }
-    void close(int from, int to) {
-        const auto take = [](std::vector<int>& ends, int end) {
-            const auto last = std::find(ends.rbegin(), ends.rend(), end);
-            if (last != ends.rend()) ends.erase(std::next(last).base());
-        };
-        take(after_[static_cast<std::size_t>(from)], to);
-        take(before_[static_cast<std::size_t>(to)], from);
-    }
-
-    RangeCoder& coder_;
-    Allowance& allowance_;
-    std::size_t vertices_ = 0;
-    Models models_;
-    std::vector<Steps> places_;
-    std::vector<int> around_;  // gates that were ever opened at a corner
-    std::vector<Gate> waiting_;
-    std::vector<std::vector<int>> after_,
-        before_;  // of each corner: ends of open gates from it, starts of those to it
-    int last_kind_ = 0, widest_ = 0;
-};
-
 /// Bits of three numbers of 21 bits, those of each in turn.
 std::uint64_t interleaved(const Steps& place) {
     std::uint64_t all = 0;
@@ -295,7 +60,7 @@ Steps apart(std::uint64_t all) {
     return place;
 }
 
-constexpr double size_step = 0.03;  // of a logarithm
+constexpr double size_step = 0.06;  // of a logarithm
 constexpr double fraction_step = 1.0 / 64;
 
 struct RoundBlob {
@@ -307,7 +72,7 @@ struct RoundBlob {
 /// Places in each direction along the unfolded octahedron.
 int axis_bits(std::int32_t elongation) {
     const double size = std::abs(elongation * size_step);
-    return size < 0.1 ? 3 : size < 0.7 ? 5 : size < 1.4 ? 6 : 7;
+    return size < 0.1 ? 2 : size < 0.7 ? 4 : size < 1.4 ? 5 : 6;
 }
 
 std::array<std::int32_t, 2> folded(const Eigen::Vector3f& axis, int bits) {
@@ -330,16 +95,23 @@ Eigen::Vector3f unfolded(const std::array<std::int32_t, 2>& steps, int bits) {
     return axis.normalized().cast<float>();
 }
 
-/// The texture of a layer; models are its own.
+std::int32_t rounded_radius(const render::TextureBlob& blob) {
+    return in_steps(geometry::log(std::max(1e-3, static_cast<double>(blob.radius))), size_step);
+}
+float radius_of(std::int32_t rounded) {
+    return static_cast<float>(geometry::exp(rounded * size_step));
+}
+
+/// Blobs one by one; models are their own.
 void blobs(RangeCoder& coder, Allowance& allowance, NumberModel& count_model,
            std::vector<render::TextureBlob>& of) {
-    const std::size_t count = allowance.count(coder, count_model, of.size(), 36);
+    const std::size_t count = allowance.count(coder, count_model, of.size(), render::blob_bytes);
     double smallest = 1e3;
     for (const render::TextureBlob& blob : of)
-        smallest = std::min(smallest, static_cast<double>(blob.radius));
-    // 0.1 to 0.2 mm in steps of 0.01.
+        smallest = std::min(smallest, static_cast<double>(radius_of(rounded_radius(blob))));
+    // 0.1 to 0.4 mm in steps of 0.01.
     NumberModel step_model;
-    const int hundredths = std::clamp(coder.number(step_model, static_cast<int>(20 * smallest)), 10, 20);
+    const int hundredths = std::clamp(coder.number(step_model, static_cast<int>(50 * smallest)), 10, 40);
     const double step = 0.01 * hundredths;
     std::vector<RoundBlob> round;
     if (!coder.reads()) {
@@ -347,7 +119,7 @@ void blobs(RangeCoder& coder, Allowance& allowance, NumberModel& count_model,
             RoundBlob r;
             r.place = interleaved({in_steps(blob.middle.x(), step), in_steps(blob.middle.y(), step),
                                    in_steps(blob.middle.z(), step)});
-            r.radius = in_steps(geometry::log(std::max(1e-3, static_cast<double>(blob.radius))), size_step);
+            r.radius = rounded_radius(blob);
             r.elongation =
                 in_steps(geometry::log(std::max(1e-3, static_cast<double>(blob.elongation))), size_step);
             r.fraction = in_steps(blob.fraction, fraction_step);
@@ -398,7 +170,7 @@ void blobs(RangeCoder& coder, Allowance& allowance, NumberModel& count_model,
         const Steps at = apart(place);
         blob.middle = Eigen::Vector3d(step * at[0], step * at[1], step * at[2]).cast<float>();
         blob.axis = unfolded(axis, bits);
-        blob.radius = static_cast<float>(geometry::exp(radius * size_step));
+        blob.radius = radius_of(radius);
         blob.elongation = static_cast<float>(geometry::exp(elongation * size_step));
         blob.fraction = static_cast<float>(fraction * fraction_step);
         made.push_back(blob);
@@ -423,16 +195,33 @@ void go_through(RangeCoder& coder, Body& body, std::size_t largest) {
     }
     const std::size_t layers = allowance.count(coder, count, body.layers.size(), 1);
     if (coder.reads()) body.layers.resize(layers);
-    MeshCoder meshes(coder, allowance);
-    for (render::TissueLayer& layer : body.layers) {
+    // What nobody says is one by one.
+    for (std::size_t l = coder.reads() ? 0 : body.textures.size(); l < layers; ++l)
+        body.textures.push_back({body.layers[l].texture_blobs.size(), {}});
+    geometry::MeshCoder meshes(coder, allowance, render::corner_step);
+    for (std::size_t l = 0; l < layers; ++l) {
+        render::TissueLayer& layer = body.layers[l];
+        render::LayerTexture& texture = body.textures[l];
         text(coder, allowance, count, layer.name);
         for (render::Material* material : {&layer.material, &layer.inside}) {
             const int of = coder.number(small, static_cast<int>(*material));
             if (of < 0 || of >= render::material_count) damaged();
             *material = static_cast<render::Material>(of);
         }
-        meshes.mesh(layer.mesh);
-        blobs(coder, allowance, count, layer.texture_blobs);
+        // What is packed is what comes back: patterns see the mesh in its order and on its grid.
+        geometry::TriangleMesh mesh = meshes.mesh(layer.mesh);
+        if (coder.reads()) mesh = layer.mesh;
+        for (geometry::Vec3& v : mesh.vertices) v = geometry::on_grid(v, render::corner_step);
+        std::vector<render::TextureBlob> singles = layer.texture_blobs;
+        singles.resize(std::min<std::size_t>(singles.size(), texture.singles));
+        blobs(coder, allowance, count, singles);
+        texture.singles = singles.size();
+        if (coder.reads()) layer.texture_blobs = std::move(singles);
+        texture.patterns.resize(allowance.count(coder, count, texture.patterns.size(), 1));
+        for (render::TexturePattern& pattern : texture.patterns) {
+            pattern.code(coder, mesh, allowance);
+            if (coder.reads()) pattern.draw(mesh, layer.texture_blobs, allowance);
+        }
         if (coder.reads()) layer.closed = true;
     }
 }
@@ -441,9 +230,14 @@ void go_through(RangeCoder& coder, Body& body, std::size_t largest) {
 
 std::string packed_body(const Body& body) {
     RangeCoder coder;
-    // Packing changes nothing.
-    go_through(coder, const_cast<Body&>(body), std::size_t{1} << 40);
+    Body copy = body;
+    go_through(coder, copy, std::numeric_limits<std::size_t>::max());
     return coder.take();
+}
+
+Body rounded_body(const Body& body) {
+    const std::string packed = packed_body(body);
+    return unpacked_body(std::as_bytes(std::span(packed)), std::numeric_limits<std::size_t>::max());
 }
 
 Body unpacked_body(std::span<const std::byte> packed, std::size_t largest) {

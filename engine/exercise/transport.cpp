@@ -27,7 +27,7 @@ Bytes bytes_of_text(const std::string& text) {
 /// Of the file. Entries follow, one after another, each with its packed bytes.
 struct Head {
     char magic[8] = {'S', 'E', 'L', 'D', 'W', 'E', 'B', '\n'};
-    std::uint64_t version = 1, entries = 0;
+    std::uint64_t version = 2, entries = 0;
     std::uint64_t checksum = 0;  // of all that follows
 };
 struct EntryHead {
@@ -121,8 +121,7 @@ std::string packed_for_transport(const std::vector<CarriedFile>& files, const an
                 throw io::InputError("'{}': expected vessels, a distance field or a body", file.name);
         }
         const std::string back = unpacked(file.name, bytes_of_text(packed), largest_unpacked);
-        if (kind_of(file.name) != Kind::Body && back != file.bytes)
-            throw io::InputError("{}: it does not come back as it was", file.name);
+        if (back != file.bytes) throw io::InputError("{}: it does not come back as it was", file.name);
         EntryHead head;
         std::ranges::copy(file.name, head.name);
         head.packed = packed.size();

@@ -16,9 +16,9 @@ struct CarriedFile {
     std::string name, bytes;
 };
 
-/// Packs files of a cache for transport. Vessels and distance fields come back byte for byte, a body as a
-/// body that is coarser by what packed_body says. The fields are those of this anatomy, and are made anew.
-/// Throws io::InputError for a file that is none of these, and for one that would not come back.
+/// Packs files of a cache for transport: they come back byte for byte. The fields are those of this anatomy,
+/// and are made anew. Throws io::InputError for a file that is none of these, and for one that would not come
+/// back.
 std::string packed_for_transport(const std::vector<CarriedFile>&, const anatomy::Anatomy&);
 
 /// The files again, to be written to a cache. Throws io::InputError, which says what is wrong, for bytes that

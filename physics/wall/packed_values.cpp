@@ -108,10 +108,81 @@ private:
     std::array<std::array<std::uint8_t, SplineGrid::node_count>, 256> choice_{};
 };
 
+/// Predicts how far the next value will be off, from how far its neighbours were: least absolute errors over
+/// what has been seen. Additions, multiplications and divisions alone: both sides compute the same bits.
+class Learner {
+public:
+    static constexpr std::size_t inputs = 7;
+    using Inputs = std::array<double, inputs>;
+
+    double expected(const Inputs& x) const {
+        double sum = 0;
+        for (std::size_t k = 0; k < inputs; ++k) sum += weight_[k] * x[k];
+        return sum;
+    }
+    void learn(const Inputs& x, double y) {
+        const double each = 1 / (2 + std::abs(y - expected(x)));
+        for (std::size_t i = 0; i < inputs; ++i) {
+            const double part = each * x[i];
+            for (std::size_t j = 0; j <= i; ++j) products_[i][j] += part * x[j];
+            sums_[i] += part * y;
+        }
+        if (++seen_ < next_) return;
+        next_ = seen_ + std::clamp(seen_ / 4, 16, 1024);
+        solve();
+        if (seen_ <= 4000) return;
+        // Of late rather than long ago.
+        for (auto& row : products_)
+            for (double& n : row) n *= 0.8;
+        for (double& n : sums_) n *= 0.8;
+    }
+
+private:
+    void solve() {
+        auto lower = products_;
+        Inputs diagonal{}, y = sums_;
+        for (std::size_t i = 0; i < inputs; ++i) {
+            lower[i][i] += 50.0;  // nothing is known at first
+            for (std::size_t j = 0; j <= i; ++j) {
+                double left = lower[i][j];
+                for (std::size_t k = 0; k < j; ++k) left -= lower[i][k] * lower[j][k] * diagonal[k];
+                (j < i ? lower[i][j] : diagonal[i]) = j < i ? left / diagonal[j] : left;
+            }
+        }
+        for (std::size_t i = 0; i < inputs; ++i)
+            for (std::size_t k = 0; k < i; ++k) y[i] -= lower[i][k] * y[k];
+        for (std::size_t i = 0; i < inputs; ++i) y[i] /= diagonal[i];
+        for (std::size_t i = inputs; i-- > 0;)
+            for (std::size_t k = i + 1; k < inputs; ++k) y[i] -= lower[k][i] * y[k];
+        weight_ = y;
+    }
+    Inputs weight_{}, sums_{};
+    std::array<Inputs, inputs> products_{};
+    int seen_ = 0, next_ = 32;
+};
+
+/// A learner for each direction in which distances rise: along it they are as straight as the wall is far,
+/// across it they bend as the wall does.
+class Learners {
+public:
+    /// `rises`: differences to the next node along the axes over the width of a cell, -1 to 1 and a little.
+    Learner& of(int level, const std::array<double, 3>& rises) {
+        int direction = level;
+        for (const double rise : rises)
+            direction =
+                direction * 5 + std::clamp(static_cast<int>(std::floor(2.49 * rise + 0.5)), -2, 2) + 2;
+        return learners_[static_cast<std::size_t>(direction)];
+    }
+
+private:
+    std::vector<Learner> learners_ = std::vector<Learner>(SheetField::level_count * 125);
+};
+
 struct Models {
     NumberModel count, step_x, step_y, step_z, start_y, start_z;
     std::array<BitModel, 8> same_row;
     std::array<BitModel, 8> same;
+    BitModel same_as_finer;
     std::vector<NumberModel> residual = std::vector<NumberModel>(3 * 40);
 };
 
@@ -156,15 +227,21 @@ public:
         return all;
     }
 
-    /// The values of a grid; `earlier`: for each brick the nodes of a grid of another sheet, or null.
-    void values(SplineGrid& grid, int level, const std::vector<const float*>& earlier) {
+    /// The same nodes elsewhere, for each brick: in a grid of another sheet, and in the eight bricks of the
+    /// next finer grid; or null.
+    struct Elsewhere {
+        std::vector<const float*> earlier;
+        std::vector<std::array<const float*, 8>> finer;
+    };
+    void values(SplineGrid& grid, int level, const Elsewhere& elsewhere) {
         struct Known {
-            std::array<std::int32_t, SplineGrid::node_count> steps;
-            std::array<std::uint8_t, SplineGrid::node_count> width;  // of the residual, in bits
+            std::array<std::int32_t, SplineGrid::node_count> steps, off;  // off: the first prediction
+            std::array<std::uint8_t, SplineGrid::node_count> width;       // of the residual, in bits
         };
         std::vector<Known> known(grid.bricks());
         const std::vector<std::array<std::int32_t, 8>> below = bricks_below(grid);
-        std::array<std::int32_t, across * across * across> steps{};
+        std::array<std::int32_t, across * across * across> steps{}, off{};
+        const double per_rise = value_step / grid.spacing();
         std::array<std::uint8_t, across * across * across> width{};
         int usual = 4;
         for (std::size_t b = 0; b < grid.bricks(); ++b) {
@@ -180,11 +257,13 @@ public:
                             const auto to_node = static_cast<std::size_t>(at(i, j, k));
                             if (of < 0) {
                                 width[to_node] = static_cast<std::uint8_t>(usual);
+                                off[to_node] = 0;
                                 continue;
                             }
                             const auto node = static_cast<std::size_t>(
                                 (((i + 2) & 3) * side + ((j + 2) & 3)) * side + ((k + 2) & 3));
                             steps[to_node] = known[static_cast<std::size_t>(of)].steps[node];
+                            off[to_node] = known[static_cast<std::size_t>(of)].off[node];
                             width[to_node] = known[static_cast<std::size_t>(of)].width[node];
                         }
             }
@@ -198,10 +277,19 @@ public:
                                    width[static_cast<std::size_t>(at(i, j - 1, k))] +
                                    width[static_cast<std::size_t>(at(i, j, k - 1))];
                 bool same = false;
-                if (earlier[b]) {
-                    const std::int32_t other = steps_of(earlier[b][node]);
+                if (elsewhere.earlier[b]) {
+                    const std::int32_t other = steps_of(elsewhere.earlier[b][node]);
                     same = coder_.bit(models_.same[static_cast<std::size_t>(sames)], value == other);
                     sames = (sames << 1 | static_cast<int>(same)) & 7;
+                    if (same) value = other;
+                }
+                const int octant = (node >> 3 & 4) | (node >> 2 & 2) | (node >> 1 & 1);
+                const float* const finer = elsewhere.finer[b][static_cast<std::size_t>(octant)];
+                if (!same && finer) {
+                    // Twice its place within the octant.
+                    const std::int32_t other =
+                        steps_of(finer[(node >> 4 & 1) * 32 + (node >> 2 & 1) * 8 + (node & 1) * 2]);
+                    same = coder_.bit(models_.same_as_finer, value == other);
                     if (same) value = other;
                 }
                 const Predictor& predictor = predictors()[static_cast<std::size_t>(choices_(there, node))];
@@ -209,8 +297,25 @@ public:
                 for (const Predictor::Term& t : predictor.terms)
                     sum += std::int64_t{t.weight} *
                            steps[static_cast<std::size_t>(at(i - t.i, j - t.j, k - t.k))];
-                const auto expected =
+                const auto first =
                     static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> 8, -most_steps, most_steps));
+                std::int32_t expected = first;
+                Learner* learner = nullptr;
+                Learner::Inputs inputs{};
+                if (choices_(there, node) < 2) {  // all of them are known
+                    const auto below = [&](const auto& of, unsigned n) {
+                        return of[static_cast<std::size_t>(at(i - static_cast<int>(n >> 2),
+                                                              j - static_cast<int>(n >> 1 & 1),
+                                                              k - static_cast<int>(n & 1)))];
+                    };
+                    const double corner = below(steps, 7);
+                    learner = &learners_.of(
+                        level, {per_rise * (below(steps, 3) - corner), per_rise * (below(steps, 5) - corner),
+                                per_rise * (below(steps, 6) - corner)});
+                    for (unsigned n = 1; n < 8; ++n) inputs[n - 1] = below(off, n);
+                    const double better = std::floor(first + learner->expected(inputs) + 0.5);
+                    if (std::abs(better) <= most_steps) expected = static_cast<std::int32_t>(better);
+                }
                 if (!same) {
                     const int context = std::min(39, around);
                     const std::size_t model = static_cast<std::size_t>(level * 40 + context);
@@ -220,10 +325,13 @@ public:
                     value = static_cast<std::int32_t>(found);
                 }
                 steps[here] = value;
+                off[here] = value - first;
+                if (learner) learner->learn(inputs, off[here]);
                 width[here] = static_cast<std::uint8_t>(
                     std::bit_width(static_cast<std::uint32_t>(std::abs(value - expected))));
                 widths += width[here];
                 known[b].steps[static_cast<std::size_t>(node)] = value;
+                known[b].off[static_cast<std::size_t>(node)] = off[here];
                 known[b].width[static_cast<std::size_t>(node)] = width[here];
                 if (coder_.reads())
                     nodes[static_cast<std::size_t>(node)] = static_cast<float>(value * value_step);
@@ -265,6 +373,7 @@ private:
     RangeCoder& coder_;
     std::size_t left_;
     Models models_;
+    Learners learners_;
     Choices choices_;
     int row_start_ = 0, slab_start_ = 0;
 };
@@ -275,9 +384,15 @@ void go_through(RangeCoder& coder, std::vector<SheetField>& fields, double spaci
     constexpr std::size_t most_sheets = 100000;
     if (sheets > most_sheets) damaged();
     Packer packer(coder, largest);
-    std::array<std::map<Brick, const float*>, SheetField::level_count> seen;
+    using Nodes = std::map<Brick, const float*>;
+    std::array<Nodes, SheetField::level_count> seen;
+    const auto in = [](const Nodes& nodes, const Brick& brick) {
+        const auto found = nodes.find(brick);
+        return found == nodes.end() ? nullptr : found->second;
+    };
     for (std::size_t sheet = 0; sheet < sheets; ++sheet) {
         if (coder.reads()) fields.emplace_back();
+        Nodes finer;
         for (int level = 0; level < SheetField::level_count; ++level) {
             const auto l = static_cast<std::size_t>(level);
             BrickList given;
@@ -285,13 +400,21 @@ void go_through(RangeCoder& coder, std::vector<SheetField>& fields, double spaci
                 for (std::size_t b = 0; b < fields[sheet].grids[l].bricks(); ++b)
                     given.push_back(fields[sheet].grids[l].brick(b));
             BrickList bricks = packer.bricks(given);
-            std::vector<const float*> earlier;
+            Packer::Elsewhere elsewhere;
             for (const Brick& brick : bricks) {
-                const auto found = seen[l].find(brick);
-                earlier.push_back(found == seen[l].end() ? nullptr : found->second);
+                elsewhere.earlier.push_back(in(seen[l], brick));
+                auto& octants = elsewhere.finer.emplace_back();
+                for (int n = 0; n < 8 && level > 0; ++n)
+                    octants[static_cast<std::size_t>(n)] =
+                        in(finer,
+                           {2 * brick[0] + (n >> 2), 2 * brick[1] + (n >> 1 & 1), 2 * brick[2] + (n & 1)});
             }
             if (coder.reads()) fields[sheet].grids.emplace_back(spacing * (1 << level), std::move(bricks));
-            packer.values(fields[sheet].grids[l], level, earlier);
+            packer.values(fields[sheet].grids[l], level, elsewhere);
+            finer.clear();
+            for (std::size_t b = 0; b < fields[sheet].grids[l].bricks(); ++b)
+                finer.emplace_hint(finer.end(), fields[sheet].grids[l].brick(b),
+                                   fields[sheet].grids[l].nodes(b).data());
         }
         // Nodes stay where they are when a grid is moved.
         for (std::size_t l = 0; l < SheetField::level_count; ++l)

@@ -218,12 +218,13 @@ TriangleMesh surface_of(const shape::Solid& solid, double cell) {
 }  // namespace
 
 void Bones::add(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place, double plaques) {
+    const std::size_t first = outer.triangles.size();
     for (const auto& [from, to] : {std::pair{&surfaces.outer, &outer}, {&surfaces.core, &core}}) {
-        TriangleMesh mesh = *from;
+        TriangleMesh mesh = geometry::ordered(*from);
         for (Vec3& v : mesh.vertices) v = place * v;
         append(*to, mesh);
     }
-    softened_.push_back({outer.triangles.size(), plaques});
+    added_.push_back({first, outer.triangles.size(), plaques});
 }
 
 void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place, double plaques) {
@@ -262,66 +263,37 @@ void Bones::add_poor_marrow(const Vec3& middle, const Vec3& axis, double along, 
     trabeculae.push_back(blob);
 }
 
-void Bones::add_grain(const shape::Surfaces& surfaces, const shape::Compound& shape, double per_area,
-                      double deepest, double coarsest, const Vec3& along, std::uint64_t field,
-                      const Eigen::Isometry3d& place, bool mirror) {
-    constexpr double finest = 0.5, power = 1.7;
-    const double rarest = std::pow(finest / coarsest, power);
-    geometry::Random random(field);
+void Bones::add_grain(const shape::Compound& shape, double per_area, double deepest, double coarsest,
+                      const Vec3& along, std::uint64_t field, const Eigen::Isometry3d& place, bool mirror) {
     const auto mirrored = [mirror](Vec3 p) {
         if (mirror) p.x() = -p.x();
         return p;
     };
-    scatter(surfaces.outer, per_area, random, [&](const Vec3& at, const Vec3& inward) {
-        const double depth = random.between(0.5, deepest),
-                     radius = finest * std::pow(1.0 - random() * (1.0 - rarest), -1.0 / power),
-                     length = random.between(1.0, 1.5 + 2.5 / radius);
-        const double ax = random.between(-1, 1), ay = random.between(-1, 1), az = random.between(-1, 1);
-        const Vec3 centre = at + depth * inward;
-        const shape::Compound::Value value = shape.at(centre);
-        if (value.distance > -(value.shell + 0.2 + radius * (0.5 + 0.3 * length))) return;
-        Vec3 axis(ax, ay, az + 1e-6);
-        axis = (axis + 1.6 * (axis.dot(along) < 0.0 ? Vec3(-along) : along)).normalized();
-        // A fifth of the marrow is bone: no place has less than none.
-        const double strength = std::pow(finest / radius, 0.3);
-        TextureBlob blob;
-        blob.fraction = static_cast<float>((balance_ > 0.0 ? -0.22 : 0.30) * strength);
-        blob.middle = (place * mirrored(centre)).cast<float>();
-        blob.axis = (place.linear() * mirrored(axis)).cast<float>();
-        blob.radius = static_cast<float>(radius);
-        blob.elongation = static_cast<float>(length);
-        balance_ += content(blob);
-        trabeculae.push_back(blob);
+    const Vec3 way = place.linear() * mirrored(along);
+    TexturePattern pattern;
+    pattern.kind = TexturePattern::Kind::Grain;
+    pattern.field = field;
+    pattern.numbers = {per_area, deepest, coarsest, way.x(), way.y(), way.z(), balance_};
+    balance_ = 0.0;
+    pattern.from = added_.back().from;
+    pattern.to = added_.back().to;
+    const Eigen::Isometry3d back = place.inverse();
+    pattern.choose(outer, [&](const TextureTry& at) {
+        const shape::Compound::Value value = shape.at(mirrored(back * at.middle));
+        return value.distance <= -(value.shell + 0.2 + at.radius * (0.5 + 0.3 * at.length));
     });
+    patterns.push_back(std::move(pattern));
 }
 
 void Bones::add_plaques(std::uint64_t field) {
-    constexpr double per_area = 0.24;  // [1/mm²]
-    geometry::Random random(field);
-    TriangleMesh bone{outer.vertices, {}};
-    double plaques = 0.0;
-    const auto draw = [&](const Vec3& at, const Vec3& inward) {
-        const double x = random.between(-0.4, 0.4), y = random.between(-0.4, 0.4),
-                     z = random.between(-0.4, 0.4), depth = random.between(0.0, 1.7), wide = random(),
-                     thick = random.between(1.1, 2.2);
-        TextureBlob blob;
-        blob.middle = (at + depth * inward).cast<float>();
-        blob.axis = (inward + Vec3(x, y, z)).normalized().cast<float>();
-        blob.radius = static_cast<float>(1.4 + 2.2 * wide * wide);
-        blob.elongation = static_cast<float>(thick) / blob.radius;
-        // Together as much bone as the meshes' shells lack.
-        const double lies = plaques / per_area;
-        blob.fraction = static_cast<float>(
-            std::min(0.9, lies / (content(blob) / blob.fraction) * random.between(0.7, 1.3)));
-        trabeculae.push_back(blob);
-    };
-    std::size_t from = 0;
-    for (const Softened& part : softened_) {
-        bone.triangles.assign(outer.triangles.begin() + static_cast<std::ptrdiff_t>(from),
-                              outer.triangles.begin() + static_cast<std::ptrdiff_t>(part.end));
-        plaques = part.plaques;
-        scatter(bone, per_area, random, draw);
-        from = part.end;
+    for (const Added& part : added_) {
+        TexturePattern pattern;
+        pattern.kind = TexturePattern::Kind::Plaques;
+        pattern.field = geometry::mixed(field + part.from);
+        pattern.numbers[0] = part.plaques;
+        pattern.from = part.from;
+        pattern.to = part.to;
+        patterns.push_back(std::move(pattern));
     }
 }
 
@@ -352,12 +324,12 @@ std::uint64_t Chance::field(std::string_view quantity, int index) const {
                            static_cast<std::uint64_t>(index) * geometry::golden_step);
 }
 
-namespace {
+Askew::Askew(const Chance& chance)
+    : varied_(chance.varied()),
+      fields_{chance.field("askew", 0), chance.field("askew", 1), chance.field("askew", 2)} {}
 
-/// No half of a body is the mirror image of the other: how far what lies here is off the place that it has in
-/// a symmetrical one [mm]. The midline, with spine, heart and great vessels, stays.
-Vec3 askew(const Chance& chance, const std::array<std::uint64_t, 3>& fields, const Vec3& p) {
-    if (!chance.varied()) return Vec3::Zero();
+Vec3 Askew::operator()(const Vec3& p) const {
+    if (!varied_) return Vec3::Zero();
     // The skull is narrower, and its base has parts of a few millimetres.
     const double up = std::clamp((p.z() - 470.0) / 60.0, 0.0, 1.0);
     const double from = 28.0 - 22.0 * up, to = 85.0 - 45.0 * up, most = 7.0 - 3.4 * up;
@@ -365,11 +337,10 @@ Vec3 askew(const Chance& chance, const std::array<std::uint64_t, 3>& fields, con
     if (t == 0.0) return Vec3::Zero();
     Vec3 by;
     for (int k = 0; k < 3; ++k)
-        by[k] = shape::noise(p, 130.0 - 50.0 * up, fields[k]) + 0.3 * shape::noise(p, 48.0, fields[k] + 1);
+        by[k] = shape::noise(p, 130.0 - 50.0 * up, fields_[static_cast<std::size_t>(k)]) +
+                0.3 * shape::noise(p, 48.0, fields_[static_cast<std::size_t>(k)] + 1);
     return most * t * t * (3.0 - 2.0 * t) * by;
 }
-
-}  // namespace
 
 PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace& place) {
     PatientSpec spec;
@@ -395,7 +366,7 @@ PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace
     return spec;
 }
 
-std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
+std::vector<TissueLayer> make_patient(const PatientSpec& spec, std::vector<LayerTexture>* textures) {
     constexpr double margin = 120.0;  // how far beyond the vessels the C-arm may look [mm]
     const double from = spec.lower.z() - spec.origin.z() - margin,
                  to = spec.upper.z() - spec.origin.z() + margin;
@@ -414,15 +385,14 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     high = std::min(high + margin, head_top);
 
     const Chance chance(spec.seed);
-    const std::array<std::uint64_t, 3> fields = {chance.field("askew", 0), chance.field("askew", 1),
-                                                 chance.field("askew", 2)};
+    const Askew askew(chance);
     std::vector<VesselSample> vessels;
     double front = skin_at(chest_middle).middle - skin_at(chest_middle).half_depth;
     for (const VesselSample& sample : spec.vessels) {
         const Vec3 place = sample.place - spec.origin;
         // Where it is once all that makes room for it is askew.
         Vec3 straight = place;
-        for (int k = 0; k < 3; ++k) straight = place - askew(chance, fields, straight);
+        for (int k = 0; k < 3; ++k) straight = place - askew(straight);
         vessels.push_back({straight, sample.radius});
         // Sternum and chest wall lie in front of the foremost vessel.
         if (place.z() > chest.low && place.z() < 380.0)
@@ -482,15 +452,23 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         tabulated(textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
                                   std::min(high, to + beyond)),
                   11.0);
-    layers[1].texture_blobs = tissue_texture(chance, tissue);
     add_skin_and_muscles(layers, chance, trunk(outline, 0.0, 0.0), tissue, thorax, skin_behind - spec.depth);
-    for (TissueLayer& layer : layers) {
-        for (Vec3& v : layer.mesh.vertices) v += askew(chance, fields, v) + spec.origin;
+    std::vector<LayerTexture> of(layers.size());
+    of[1].patterns.push_back(tissue_texture(chance, tissue, spec.origin));
+    of[2].patterns = std::move(bones.patterns);
+    geometry::Allowance unlimited{std::numeric_limits<std::size_t>::max()};
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+        TissueLayer& layer = layers[l];
+        for (Vec3& v : layer.mesh.vertices) v = geometry::on_grid(v + askew(v) + spec.origin, corner_step);
         for (TextureBlob& blob : layer.texture_blobs) {
             const Vec3 middle = blob.middle.cast<double>();
-            blob.middle = (middle + askew(chance, fields, middle) + spec.origin).cast<float>();
+            blob.middle = (middle + askew(middle) + spec.origin).cast<float>();
         }
+        of[l].singles = layer.texture_blobs.size();
+        for (const TexturePattern& pattern : of[l].patterns)
+            pattern.draw(layer.mesh, layer.texture_blobs, unlimited);
     }
+    if (textures) *textures = std::move(of);
     return layers;
 }
 

@@ -13,6 +13,7 @@
 
 #include "physics/geometry/vec.h"
 #include "render/patient/body.h"
+#include "render/patient/texture_pattern.h"
 #include "render/xray/fluoroscope.h"
 
 namespace render {
@@ -39,7 +40,8 @@ struct PatientSpec {
 PatientSpec patient_around(std::span<const geometry::Vec3> wall, const geometry::BodyPlace&);
 
 /// Closed meshes only: the parts of the body within reach of the vessels' box plus a margin. The lumen is not
-/// among them; the vessels' blood counts as soft tissue.
-std::vector<TissueLayer> make_patient(const PatientSpec&);
+/// among them; the vessels' blood counts as soft tissue. Corners are multiples of corner_step. `textures`: of
+/// each layer how its blobs come about.
+std::vector<TissueLayer> make_patient(const PatientSpec&, std::vector<LayerTexture>* textures = nullptr);
 
 }  // namespace render

@@ -144,11 +144,11 @@ void add_shoulders(Bones& bones, const Chest& chest, const Chance& chance) {
                                      {humerus(chest, chance), shoulder_cell},
                                      {collar_bone(chest, chance), shoulder_cell}}) {
         const shape::Surfaces surfaces = shape::polygonised(bone, cell);
-        bones.add(surfaces);
-        bones.add_mirrored(surfaces);
-        for (const bool mirrored : {false, true})
-            bones.add_grain(surfaces, bone, 0.25, 9.0, 3.0, Vec3(0.4, 0, 0.3),
-                            chance.field("shoulder grain", index++), Eigen::Isometry3d::Identity(), mirrored);
+        for (const bool mirrored : {false, true}) {
+            mirrored ? bones.add_mirrored(surfaces) : bones.add(surfaces);
+            bones.add_grain(bone, 0.25, 9.0, 3.0, Vec3(0.4, 0, 0.3), chance.field("shoulder grain", index++),
+                            Eigen::Isometry3d::Identity(), mirrored);
+        }
     }
 }
 
@@ -177,7 +177,7 @@ void add_sternum(Bones& bones, const Chest& chest, const Chance& chance) {
     bone.roughen(0.5, 0.3, chance.field("sternum"));
     const shape::Surfaces surfaces = shape::polygonised(bone, 2.2);
     bones.add(surfaces);
-    bones.add_grain(surfaces, bone, 0.4, 5.0, 3.0, Vec3(0, 0, 0.4), chance.field("sternal grain"));
+    bones.add_grain(bone, 0.4, 5.0, 3.0, Vec3(0, 0, 0.4), chance.field("sternal grain"));
 }
 
 /// Cartilage from a rib's end toward the sternum, a little denser than flesh, less and less of it along the

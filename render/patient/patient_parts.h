@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "render/patient/patient.h"
 #include "render/patient/signed_distance.h"
 #include "render/patient/solids.h"
+#include "render/patient/texture_pattern.h"
 
 namespace render {
 
@@ -21,6 +23,7 @@ class Chance {
 public:
     explicit Chance(std::uint64_t seed) : seed_(seed) {}
     bool varied() const { return seed_ != 0; }
+    std::uint64_t seed() const { return seed_; }
     /// Of mean 0 and standard deviation 1, never beyond ±2.5.
     double normal(std::string_view quantity, int index = 0) const;
     /// Seed of a field of noise: patients of different seeds have different texture, also seed 0 has one.
@@ -30,13 +33,26 @@ private:
     std::uint64_t seed_;
 };
 
+/// No half of a body is the mirror image of the other: how far what lies here is off the place that it has in
+/// a symmetrical one [mm]. The midline, with spine, heart and great vessels, stays.
+class Askew {
+public:
+    explicit Askew(const Chance&);
+    geometry::Vec3 operator()(const geometry::Vec3&) const;
+
+private:
+    bool varied_;
+    std::array<std::uint64_t, 3> fields_;
+};
+
 /// Bone: the outer surface of the cortical shell, the marrow within, and trabeculae that stand out or are
 /// missing, as more or less of cortical bone.
 struct Bones {
-    geometry::TriangleMesh outer;
+    geometry::TriangleMesh outer;  // in the order of geometry::ordered()
     geometry::TriangleMesh core;
     geometry::TriangleMesh canals;  // of long bones, with yellow marrow
     std::vector<TextureBlob> trabeculae;
+    std::vector<TexturePattern> patterns;  // of `outer`
 
     /// `plaques`: how much of the cortex add_plaques draws [mm].
     void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(),
@@ -51,12 +67,12 @@ struct Bones {
     /// about `axis` with half-axes `along` and `across`, emptier by `by` of the place in its middle.
     void add_poor_marrow(const geometry::Vec3& middle, const geometry::Vec3& axis, double along,
                          double across, double by);
-    /// Places in the marrow of a solid that are denser or emptier than its mean, `per_area` tries for each
-    /// mm² of its surface, down to `deepest` mm, from 0.5 mm to `coarsest` in half-axis: large ones are rare,
-    /// so that texture has all scales. Thin ones are long and run the way of `along`: the longer that is, the
-    /// more of them do. `place` moves them.
-    void add_grain(const shape::Surfaces&, const shape::Compound&, double per_area, double deepest,
-                   double coarsest, const geometry::Vec3& along, std::uint64_t field,
+    /// Places in the marrow of the solid that was added last which are denser or emptier than its mean,
+    /// `per_area` tries for each mm² of its surface, down to `deepest` mm, from 0.5 mm to `coarsest` in
+    /// half-axis: large ones are rare, so that texture has all scales. Thin ones are long and run the way of
+    /// `along`: the longer that is, the more of them do. `place` moves them.
+    void add_grain(const shape::Compound&, double per_area, double deepest, double coarsest,
+                   const geometry::Vec3& along, std::uint64_t field,
                    const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(), bool mirror = false);
     void add_trabecula(const geometry::Vec3& from, const geometry::Vec3& to, double radius);
     /// The outer part of the cortex, which meshes leave out (shape::polygonised): plaques of bone about the
@@ -64,12 +80,12 @@ struct Bones {
     void add_plaques(std::uint64_t field);
 
 private:
-    struct Softened {
-        std::size_t end;  // of the triangles of `outer`
-        double plaques;   // [mm]
+    struct Added {
+        std::size_t from, to;  // triangles of `outer`
+        double plaques;        // [mm]
     };
-    std::vector<Softened> softened_;
-    double balance_ = 0.0;  // of the bone in trabeculae, more and less [mm³]
+    std::vector<Added> added_;
+    double balance_ = 0.0;  // of the bone in trabeculae that no grain makes up for yet [mm³]
 };
 
 /// A piece that is drawn once for each side: `at` mirrors x for the right one.
@@ -126,7 +142,7 @@ shape::Solid lung_space(const Chest&, Side);
 /// TextureBlobs of more and of less tissue, as many mm³ of each, in a solid: what fat between and in muscles,
 /// fasciae and the walls and contents of bowels do to an image. Their power in it falls as 1/f³ (of
 /// mammograms: about that, Burgess 2001).
-std::vector<TextureBlob> tissue_texture(const Chance&, const shape::Solid& tissue);
+TexturePattern tissue_texture(const Chance&, const shape::Solid& tissue, const geometry::Vec3& origin);
 
 /// The same distances at the nodes of a grid, linear between them: a place costs nothing then.
 shape::Solid tabulated(const shape::Solid&, double cell);

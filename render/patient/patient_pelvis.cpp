@@ -257,16 +257,16 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
         const std::size_t outer = bones.outer.vertices.size(), core = bones.core.vertices.size();
         const Isometry3d still = Isometry3d::Identity();
         index == 0 ? bones.add(hip, still, hip_plaques) : bones.add_mirrored(hip, still, hip_plaques);
-        bones.add_grain(hip, hip_shape, 0.25, 10.0, 5.0, Vec3(0.35, 0, 0.5),
-                        chance.field("hip trabeculae", index), still, index == 1);
+        bones.add_grain(hip_shape, 0.25, 10.0, 5.0, Vec3(0.35, 0, 0.5), chance.field("hip trabeculae", index),
+                        still, index == 1);
         make_uneven(bones.outer, outer, chance, side);
         make_uneven(bones.core, core, chance, side);
         index == 0 ? bones.add(thigh_bone, turned, femoral_plaques)
                    : bones.add_mirrored(thigh_bone, turned, femoral_plaques);
-        bones.add_grain(thigh_bone, thigh, 0.3, 16.0, 4.0, Vec3(-0.2, 0, 0.6),
-                        chance.field("femoral grain", index), turned, index == 1);
-        bones.add_canal(femoral_canal(low), chance.field("femoral canal", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
+        bones.add_grain(thigh, 0.3, 16.0, 4.0, Vec3(-0.2, 0, 0.6), chance.field("femoral grain", index),
+                        turned, index == 1);
+        bones.add_canal(femoral_canal(low), chance.field("femoral canal", index), turned, index == 1);
     }
 }
 

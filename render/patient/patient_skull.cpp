@@ -334,14 +334,14 @@ void add_head_bones(Bones& bones, const Chance& chance) {
     skull.roughen(0.4, 0.5, chance.field("diploe"));
     const shape::Surfaces surfaces = shape::polygonised(skull, skull_cell);
     bones.add(surfaces, at_sella());
-    bones.add_grain(surfaces, skull, 0.12, 6.0, 2.4, Vec3::Zero(), chance.field("diploic grain"), at_sella());
+    bones.add_grain(skull, 0.12, 6.0, 2.4, Vec3::Zero(), chance.field("diploic grain"), at_sella());
     shape::Compound jaw = mandible(), atlas = atlas_and_dens();
     jaw.roughen(0.45, 0.4, chance.field("lower jaw"));
     atlas.roughen(0.35, 0.3, chance.field("atlas"));
     for (const shape::Compound* bone : {&jaw, &atlas}) {
         const shape::Surfaces own = shape::polygonised(*bone, skull_cell);
         bones.add(own, at_sella());
-        bones.add_grain(own, *bone, 0.2, 6.0, 2.0, Vec3(0.3, 0.3, 0), chance.field("grain of the jaw"),
+        bones.add_grain(*bone, 0.2, 6.0, 2.0, Vec3(0.3, 0.3, 0), chance.field("grain of the jaw"),
                         at_sella());
     }
 }

@@ -325,7 +325,7 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         const double across = 0.92 * std::min(plan.own.half_depth, plan.own.half_height);
         bones.add_poor_marrow(place * Vec3(0, 0, 0), place.linear() * Vec3::UnitX(),
                               0.85 * plan.own.half_width, across, 0.13);
-        bones.add_grain(surfaces, shape, 0.6, plan.own.half_depth, plan.lumbar() ? 4.0 : 3.0, Vec3::UnitZ(),
+        bones.add_grain(shape, 0.6, plan.own.half_depth, plan.lumbar() ? 4.0 : 3.0, Vec3::UnitZ(),
                         chance.field("vertebral trabeculae", plan.level), place);
     }
     if (low < column.front().z) {
@@ -335,8 +335,7 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         shape.roughen(0.45, 0.35, chance.field("sacral cortex"));
         const shape::Surfaces surfaces = shape::polygonised(shape, 2.0);
         bones.add(surfaces);
-        bones.add_grain(surfaces, shape, 0.4, 14.0, 5.0, Vec3(0, 0.3, 0.6),
-                        chance.field("sacral trabeculae"));
+        bones.add_grain(shape, 0.4, 14.0, 5.0, Vec3(0, 0.3, 0.6), chance.field("sacral trabeculae"));
     }
 }
 

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 
-#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -56,41 +54,16 @@ shape::Solid tabulated(const shape::Solid& solid, double cell) {
             solid.box};
 }
 
-std::vector<TextureBlob> tissue_texture(const Chance& chance, const shape::Solid& tissue) {
-    // Half-axes r of smallest to largest. A blob's image has an energy ∝ fraction² · r⁴ at frequencies about
-    // 1/(4r). With n(r) d(ln r) ∝ r^(−7/3) and the larger the fainter, fraction ∝ (smallest/r)^0.7, the
-    // power of the sum is ∝ f^(−2.4), somewhat steeper where the smallest end.
-    constexpr double smallest = 1.0, largest = 24.0, longest = 2.4;  // longest: times r, along the axis
-    constexpr double filled = 0.030;  // of the place, by the texture_blobs of each factor e of r (estimate)
-    constexpr double power = 7.0 / 3.0;
-    const double mean_volume =
-        std::numbers::pi * std::numbers::pi / 8.0 * 0.5 * (1.0 + longest) * std::pow(smallest, 3);
-    const double rarest = std::pow(smallest / largest, power);
+TexturePattern tissue_texture(const Chance& chance, const shape::Solid& tissue, const Vec3& origin) {
     const Vec3 low = tissue.box.min(), size = tissue.box.sizes();
-    const auto count = static_cast<int>(filled / mean_volume * (1.0 - rarest) / power * size.prod());
-    geometry::Random random(chance.field("texture of tissue"));
-    std::vector<TextureBlob> texture_blobs;
-    double balance = 0.0;
-    for (int k = 0; k < count; ++k) {
-        const double x = random(), y = random(), z = random();
-        const Vec3 middle = low + Vec3(x, y, z).cwiseProduct(size);
-        const double radius = smallest * std::pow(1.0 - random() * (1.0 - rarest), -1.0 / power),
-                     elongation = random.between(1.0, longest);
-        // Bundles of muscle and lobules of fat run along the body more than across it.
-        const double ax = random.between(-1, 1), ay = random.between(-1, 1), az = random.between(-1.6, 1.6);
-        if (tissue.distance(middle) > -0.8 * radius * elongation) continue;
-        TextureBlob blob;
-        blob.middle = middle.cast<float>();
-        blob.axis = Vec3(ax, ay, az + (az < 0 ? -1e-6 : 1e-6)).normalized().cast<float>();
-        blob.radius = static_cast<float>(radius);
-        blob.elongation = static_cast<float>(elongation);
-        // What is more here is less there.
-        blob.fraction =
-            static_cast<float>(1.15 * std::pow(smallest / radius, 0.7)) * (balance > 0.0 ? -1.0f : 1.0f);
-        balance += content(blob);
-        texture_blobs.push_back(blob);
-    }
-    return texture_blobs;
+    TexturePattern pattern;
+    pattern.field = chance.field("texture of tissue");
+    pattern.seed = chance.seed();
+    pattern.numbers = {low.x(),  low.y(),    low.z(),    size.x(),  size.y(),
+                       size.z(), origin.x(), origin.y(), origin.z()};
+    pattern.choose(
+        {}, [&](const TextureTry& at) { return tissue.distance(at.middle) <= -0.8 * at.radius * at.length; });
+    return pattern;
 }
 
 }  // namespace render

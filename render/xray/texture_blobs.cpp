@@ -9,8 +9,8 @@ namespace render {
 
 double content(const TextureBlob& blob) {
     // Over the unit ball, 4π ∫ ρ² (1 − ρ²)^(3/2) dρ = π²/8.
-    return blob.fraction * std::numbers::pi * std::numbers::pi / 8.0 * std::pow(blob.radius, 3) *
-           blob.elongation;
+    const double r = blob.radius;
+    return blob.fraction * std::numbers::pi * std::numbers::pi / 8.0 * (r * r * r) * blob.elongation;
 }
 
 void add_lengths(std::span<const TextureBlob> texture_blobs, const CArm& arm, Field& sum, Field* before) {

@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/exercise/body.h"
 #include "engine/exercise/packed_body.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "physics/geometry/checksum.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/geometry/packed_mesh.h"
 #include "render/patient/patient.h"
+#include "tests/engine/exercise/with_body.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -62,6 +66,29 @@ Body small_body(unsigned seed) {
     return body;
 }
 
+/// With texture of patterns, too.
+Body small_rounded_body(unsigned seed) {
+    Body body = small_body(seed);
+    render::TexturePattern tissue, grain, plaques;
+    tissue.seed = seed;
+    tissue.numbers = {-80, -80, -30, 160, 160, 60, 0.1, -2, 0.5};
+    const auto in_torus = [](const geometry::Vec3& p) {
+        return 20 - std::hypot(std::hypot(p.x(), p.y()) - 60, p.z());
+    };
+    tissue.choose({}, [&](const render::TextureTry& at) { return in_torus(at.middle) > at.radius; });
+    const geometry::TriangleMesh mesh = geometry::ordered(body.layers[0].mesh);
+    grain.kind = render::TexturePattern::Kind::Grain;
+    grain.numbers = {0.1, 12, 4, 0, 0.3, 0.5, 2};
+    grain.from = 10;
+    grain.to = mesh.triangles.size();
+    grain.choose(mesh, [&](const render::TextureTry& at) { return in_torus(at.middle) > 2; });
+    plaques.kind = render::TexturePattern::Kind::Plaques;
+    plaques.numbers[0] = 0.5;
+    plaques.to = mesh.triangles.size() / 2;
+    body.textures = {{300, {tissue, grain, plaques}}, {300, {}}};
+    return rounded_body(body);
+}
+
 double volume(const geometry::TriangleMesh& mesh) {
     double sum = 0;
     for (const auto& t : mesh.triangles)
@@ -78,7 +105,7 @@ std::vector<Corners> shape(const geometry::TriangleMesh& mesh) {
         for (std::size_t k = 0; k < 3; ++k)
             for (int d = 0; d < 3; ++d)
                 corners[k][static_cast<std::size_t>(d)] =
-                    std::lround(std::floor(mesh.vertices[t[k]][d] / body_step + 0.5));
+                    std::lround(std::floor(mesh.vertices[t[k]][d] / render::corner_step + 0.5));
         std::ranges::rotate(corners, std::ranges::min_element(corners));
         all.push_back(corners);
     }
@@ -108,7 +135,7 @@ const Packed& small_exercise() {
             all.files.push_back(
                 {item.path.filename().string(), io::read_text(item.path, "file", "expected one")});
         all.files.push_back({"anatomy-0123456789abcdef.bin", "vessels as they are"});
-        all.files.push_back({"body-00000000000000ff.bin", bytes_of(small_body(1), 255)});
+        all.files.push_back({"body-00000000000000ff.bin", bytes_of(small_rounded_body(1), 255)});
         all.bytes = packed_for_transport(all.files, small_tube());
         return all;
     }();
@@ -155,30 +182,64 @@ TEST(PackedBody, KeepsMeshesAndTextureWithinItsSteps) {
                     std::ranges::min_element(b.texture_blobs, {}, [&](const render::TextureBlob& other) {
                         return (other.middle - blob.middle).squaredNorm();
                     });
-                EXPECT_LT((nearest->middle - blob.middle).cwiseAbs().maxCoeff(), 0.101);
-                EXPECT_NEAR(nearest->radius / blob.radius, 1, 0.016);
-                EXPECT_NEAR(nearest->elongation / blob.elongation, 1, 0.016);
+                EXPECT_LT((nearest->middle - blob.middle).cwiseAbs().maxCoeff(), 0.14);
+                EXPECT_NEAR(nearest->radius / blob.radius, 1, 0.031);
+                EXPECT_NEAR(nearest->elongation / blob.elongation, 1, 0.031);
                 EXPECT_NEAR(nearest->fraction, blob.fraction, 1.001 / 128);
                 const double turned = std::acos(std::min(1.0f, std::abs(nearest->axis.dot(blob.axis))));
-                EXPECT_LT(turned, blob.elongation > 4.1                        ? 0.03
-                                  : std::abs(std::log(blob.elongation)) > 0.12 ? 0.1
-                                                                               : 0.4);
+                EXPECT_LT(turned, blob.elongation > 4.1                        ? 0.06
+                                  : std::abs(std::log(blob.elongation)) > 0.13 ? 0.2
+                                                                               : 0.8);
             }
         }
     }
 }
 
-TEST(Transport, BringsVesselsAndFieldsByteForByteAndBodiesAsBodies) {
+TEST(PackedBody, RoundedOnceItComesBackToTheBit) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const Body once = small_rounded_body(seed);
+        EXPECT_TRUE(bytes_of(rounded_body(once), 1) == bytes_of(once, 1));
+    }
+}
+
+TEST(PackedBody, ABodyOfAnExerciseComesBackToTheBitWithinTheLengthThatItStates) {
+    const anatomy::Anatomy vessels = scenario::anatomy_of(test::small_scenario_with_patient(), {});
+    const auto body = body_around(vessels);
+    std::size_t singles = 0, all = 0;
+    for (std::size_t l = 0; l < body->layers.size(); ++l) {
+        singles += body->textures[l].singles;
+        all += body->layers[l].texture_blobs.size();
+        EXPECT_EQ(topology(body->layers[l].mesh).boundary_edges, 0) << body->layers[l].name;
+        for (const geometry::Vec3& v : body->layers[l].mesh.vertices)
+            ASSERT_EQ(geometry::on_grid(v, render::corner_step), v);
+    }
+    EXPECT_GT(all, 3 * singles);  // patterns draw most
+    const std::uint64_t key = body_key(vessels);
+    const std::string kept = bytes_of(*body, key), packed = packed_body(*body);
+    EXPECT_LT(packed.size(), kept.size() / 20);
+    // The reader's limit is the length that the file states; less is refused.
+    EXPECT_TRUE(bytes_of(unpacked_body(bytes_in(packed), kept.size()), key) == kept);
+    EXPECT_THROW(static_cast<void>(unpacked_body(bytes_in(packed), kept.size() * 9 / 10)),
+                 std::runtime_error);
+    const std::vector<CarriedFile> files{{"body-" + fmt::format("{:016x}", key) + ".bin", kept}};
+    const std::string carried = packed_for_transport(files, vessels);
+    EXPECT_TRUE(unpacked_from_transport(bytes_in(carried)).at(0).bytes == kept);
+}
+
+TEST(Transport, BringsFilesByteForByte) {
     const auto& [files, bytes] = small_exercise();
     const std::vector<CarriedFile> back = unpacked_from_transport(bytes_in(bytes));
     ASSERT_EQ(back.size(), files.size());
     for (std::size_t f = 0; f < files.size(); ++f) {
         EXPECT_EQ(back[f].name, files[f].name);
-        if (!files[f].name.starts_with("body-")) {
-            EXPECT_TRUE(back[f].bytes == files[f].bytes) << files[f].name;
-        }
+        EXPECT_TRUE(back[f].bytes == files[f].bytes) << files[f].name;
     }
     EXPECT_NE(body_of(bytes_in(back.back().bytes), 255), nullptr);
+    // A body that nobody has rounded does not come back as it was.
+    EXPECT_THROW(
+        packed_for_transport({{"body-00000000000000ff.bin", bytes_of(small_body(1), 255)}}, small_tube()),
+        io::InputError);
     EXPECT_THROW(packed_for_transport({{"other.bin", ""}}, small_tube()), io::InputError);
     EXPECT_THROW(packed_for_transport({{"field-0123456789abcdef.bin", ""}}, small_tube()), io::InputError);
 }
@@ -222,7 +283,7 @@ TEST(Transport, NothingHappensThoughChecksumsHideTheDamage) {
         }
     }
     // Bodies alone: each damage reaches what reads them.
-    const std::string body = packed_body(small_body(3));
+    const std::string body = packed_body(small_rounded_body(3));
     for (unsigned seed = 1; seed <= 1000; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         std::mt19937 random(seed);
