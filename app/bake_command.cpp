@@ -133,7 +133,7 @@ std::function<bool(std::uint64_t, const anatomy::ModelCache&)> baker_of(const Ba
     };
 }
 
-/// Puts what the exercise as it is has in the cache into one file, for the page.
+/// Puts what the exercise, with one of its patients, has in the cache into one file, for the page.
 int bake_for_web(const BakeArguments& arguments) {
     if (arguments.without_bodies || !arguments.images.empty() || !arguments.set.empty() ||
         !arguments.cache.empty())
@@ -147,7 +147,7 @@ int bake_for_web(const BakeArguments& arguments) {
     cache.folder = folder.path();
     ProgressBar bar;
     report_on(bar, cache);
-    const episode::Episode episode(episode::scenario_of({file.string(), {}, catalogue().string(), {}}),
+    const episode::Episode episode(scenario::load_scenario(file, catalogue(), {}, arguments.vessels.patient),
                                    exercise::Pictures::None, cache);
     const anatomy::Anatomy& vessels = episode.simulation().anatomy();
     if (!bake_body(vessels, cache)) throw io::InputError("{}: cannot be written", folder.path().string());
@@ -169,6 +169,8 @@ int bake_for_web(const BakeArguments& arguments) {
 int bake(const BakeArguments& arguments) {
     if (arguments.seeds.empty() == arguments.for_web.empty())
         throw BadArgument("expected either --seeds or --for-web");
+    if (!arguments.seeds.empty() && !arguments.vessels.patient.empty())
+        throw BadArgument("--patient: expected --for-web, found --seeds, which draw their patients");
     if (!arguments.for_web.empty()) return bake_for_web(arguments);
     const SeedRange seeds = seeds_of(arguments.seeds).value();
     if (arguments.without_bodies && !arguments.images.empty())
@@ -219,6 +221,7 @@ Command add_bake(CLI::App& parser) {
         "  seldinger bake renal --seeds 0:100 --without-bodies --set tissue.rigid=true\n"
         "  seldinger bake iliac-renal --seeds 0:100\n"
         "  seldinger bake renal --for-web renal.seldweb\n"
+        "  seldinger bake renal --for-web renal-2.seldweb --patient 2\n"
         "  seldinger bake aorta --seeds 0:8 --without-bodies");
     command
         ->add_option("vessels", arguments->vessels.named,
@@ -227,6 +230,7 @@ Command add_bake(CLI::App& parser) {
         ->required()
         ->type_name("EXERCISE|PRESET");
     add_exercises(command, arguments->vessels.exercises);
+    add_patient(command, arguments->vessels);
     add_overrides(command, arguments->set);
     command->add_option("--seeds", arguments->seeds, "The last is END - 1")
         ->type_name("FIRST:END")

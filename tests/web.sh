@@ -17,6 +17,6 @@ for file in assets/scripts/*.gw; do
         --cache "$work/cache" >"$work/said" 2>&1 || [ $? = 1 ] || { cat "$work/said" >&2; exit 2; }
 done
 # Debian's loader takes fetch() for a browser's.
-node --no-experimental-fetch tests/web/replay.js build/web/seldinger.js assets "$work/cache" "$work/runs"
-node --no-experimental-fetch tests/web/attack.js build/web/seldinger.js assets
+node --no-experimental-fetch tests/web/replay.js build/web-engine/seldinger.js assets "$work/cache" "$work/runs"
+node --no-experimental-fetch tests/web/attack.js build/web-engine/seldinger.js assets
 node tests/web/page_test.js build/web build/release/bin/seldinger build/web-pictures

@@ -135,10 +135,7 @@ void Play::draw_briefing_map() {
                                                   colour(palette::well));
         return;
     }
-    MapMarks marks{{}, target_of(s.target, *anatomy), s.target.radius};
-    for (const anatomy::VesselEnd& end : anatomy->ends)
-        if (end.opening.name == s.entry.end) marks.start = end.opening.centre;
-    draw_map(*ImGui::GetWindowDrawList(), area, window_.unit(), *anatomy, s.c_arm, marks);
+    draw_map(*ImGui::GetWindowDrawList(), area, window_.unit(), room::way_map(s, *anatomy, s.c_arm));
 }
 
 }  // namespace app

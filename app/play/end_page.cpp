@@ -22,16 +22,14 @@ using render::Face;
 /// Where the errors happened; each is a way into the images of its moment.
 void Play::draw_events() {
     const exercise::Score& score = view_->score;
-    if (!score.teacher.empty())
-        wrapped(palette::calm, fmt::format("{}: {}.", exercise::heading_of(score.teacher),
-                                           exercise::text_of(score.teacher)));
+    if (const std::string words = room::teacher_text(score); !words.empty()) wrapped(palette::calm, words);
     if (view_->events)
         for (const room::LessonEvent& event : *view_->events)
             if (event.kind == room::LessonEvent::Kind::Comment)
                 wrapped(palette::beam,
                         fmt::format("{}  The teacher: {}", render::clock_text(event.seconds), event.what));
     if (score.handling_errors.empty() && score.wrong_branches.empty()) {
-        if (score.frames > 0) text(palette::good, "No error of handling, no wrong branch.");
+        if (score.frames > 0) text(palette::good, room::without_error);
         return;
     }
     for (std::size_t k = 0; k < score.handling_errors.size(); ++k) {
@@ -49,7 +47,7 @@ void Play::draw_events() {
     }
     for (const exercise::WrongBranch& branch : score.wrong_branches)
         wrapped(palette::caution, room::wrong_branch_text(branch));
-    if (!score.handling_errors.empty()) wrapped(palette::faint, "A time opens the images of its moment.");
+    if (!score.handling_errors.empty()) wrapped(palette::faint, room::times_open);
 }
 
 void Play::draw_grade() {

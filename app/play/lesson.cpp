@@ -108,7 +108,6 @@ void Play::draw_shown_by_teacher(const render::Box& area, float left, float top,
     const scenario::Scenario& s = session_->options().scenario;
     const auto anatomy = session_->anatomy();
     if (!anatomy) return;
-    const geometry::Vec3 target = target_of(s.target, *anatomy);
     if (shows(Thing::Target) && view_->image_arm) {
         const render::CArm& arm = *view_->image_arm;
         const render::Pixel at = render::project(arm, view_->target_in_image);
@@ -124,13 +123,10 @@ void Play::draw_shown_by_teacher(const render::Box& area, float left, float top,
         }
     }
     if (!shows(Thing::Way)) return;
-    MapMarks marks{{}, target, s.target.radius};
-    for (const anatomy::VesselEnd& end : anatomy->ends)
-        if (end.opening.name == s.entry.end) marks.start = end.opening.centre;
     const float wide = std::min(u(230), 0.42f * side);
     const render::Box corner{area.left + u(8), area.bottom - wide - u(64), area.left + u(8) + wide,
                              area.bottom - u(64)};
-    draw_map(list, corner, unit, *anatomy, view_->image_arm.value_or(s.c_arm), marks);
+    draw_map(list, corner, unit, room::way_map(s, *anatomy, view_->image_arm.value_or(s.c_arm)));
     list.AddRect(ImVec2(corner.left, corner.top), ImVec2(corner.right, corner.bottom), colour(palette::rule));
 }
 

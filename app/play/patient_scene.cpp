@@ -12,72 +12,11 @@
 namespace app {
 namespace {
 
-constexpr float force_length = 40;  // length of a line that represents 1 N [mm]
-constexpr float thicker = 2;        // than they are devices are drawn, to be seen from a distance
-
-struct Vertex {
-    glm::vec3 place, normal, tint;
-};
-
-const char* const vertex_shader = R"(#version 330 core
-layout(location = 0) in vec3 place;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 tint;
-uniform mat4 camera;
-uniform vec3 shift;
-out vec3 world, facing, shade;
-void main() {
-    world = place + shift;
-    facing = normal;
-    shade = tint;
-    gl_Position = camera * vec4(world, 1.0);
-})";
-
-// Lit from the eye; `rim` makes edge-on surfaces more opaque, so that a vessel shows its outline.
-const char* const fragment_shader = R"(#version 330 core
-in vec3 world, facing, shade;
-uniform vec3 eye;
-uniform float opacity, rim;
-out vec4 colour;
-void main() {
-    float size = length(facing);
-    float slant = size > 0.0 ? abs(dot(facing / size, normalize(eye - world))) : 1.0;
-    colour = vec4(shade * (0.55 + 0.45 * slant), clamp(opacity + rim * pow(1.0 - slant, 2.0), 0.0, 1.0));
-})";
-
 glm::vec3 single(const geometry::Vec3& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-glm::vec3 single(render::Ink ink) {
-    return glm::vec3(ink.red, ink.green, ink.blue) / 255.0f;
-}
-
-/// Adds two triangles between each side of a ring of vertices and the ring before it. `ring` is the index of
-/// its first vertex.
-void join_to_last_ring(std::vector<unsigned>& indices, std::size_t ring, unsigned sides) {
-    const auto first = static_cast<unsigned>(ring);
-    for (unsigned k = 0; k < sides; ++k) {
-        const unsigned next = (k + 1) % sides, a = first - sides + k, b = first - sides + next;
-        for (const unsigned corner : {a, b, a + sides, b, b + sides, a + sides}) indices.push_back(corner);
-    }
-}
-
 }  // namespace
-
-render::Ink force_colour(double force) {
-    static constexpr std::array<render::Ink, 5> stops = {
-        {{107, 115, 204}, {59, 153, 191}, {51, 191, 140}, {153, 217, 77}, {255, 235, 51}}};
-    const double part =
-        force <= least_force ? 0 : std::log(force / least_force) / std::log(most_force / least_force);
-    const double at = std::clamp(part, 0.0, 1.0) * (stops.size() - 1);
-    const std::size_t first = std::min<std::size_t>(stops.size() - 2, static_cast<std::size_t>(at));
-    const auto mixed = [&](std::uint8_t a, std::uint8_t b) {
-        return static_cast<std::uint8_t>(std::lround(std::lerp(a, b, at - static_cast<double>(first))));
-    };
-    const render::Ink &low = stops[first], &high = stops[first + 1];
-    return {mixed(low.red, high.red), mixed(low.green, high.green), mixed(low.blue, high.blue)};
-}
 
 struct PatientScene::Content {
     const Gl& gl;
@@ -91,8 +30,8 @@ struct PatientScene::Content {
     const void* drawn_lumen = nullptr;
     std::vector<Eigen::Vector3f> drawn_moves;
     long drawn_view = -1;
-    bool turned = true;                                    // the camera has moved since the last picture
-    float azimuth = 0, elevation = 0.15f, distance = 320;  // of the eye [rad], [mm]
+    bool turned = true;  // the camera has moved since the last picture
+    room::Eye eye;
 
     explicit Content(const Gl& functions) : gl(functions) {}
     ~Content() {
@@ -116,7 +55,8 @@ struct PatientScene::Content {
 
     GLuint shader(GLenum kind, const char* text) const {
         const GLuint made = gl.CreateShader(kind);
-        gl.ShaderSource(made, 1, &text, nullptr);
+        const char* const parts[] = {"#version 330 core\n", text};
+        gl.ShaderSource(made, 2, parts, nullptr);
         gl.CompileShader(made);
         GLint good = 0;
         gl.GetShaderiv(made, GL_COMPILE_STATUS, &good);
@@ -130,8 +70,8 @@ struct PatientScene::Content {
 
     void make_program() {
         if (program) return;
-        const GLuint first = shader(GL_VERTEX_SHADER, vertex_shader),
-                     second = shader(GL_FRAGMENT_SHADER, fragment_shader);
+        const GLuint first = shader(GL_VERTEX_SHADER, room::patient_vertex_shader),
+                     second = shader(GL_FRAGMENT_SHADER, room::patient_fragment_shader);
         program = gl.CreateProgram();
         gl.AttachShader(program, first);
         gl.AttachShader(program, second);
@@ -168,7 +108,8 @@ struct PatientScene::Content {
         if (!whole) throw io::InputError("the display's OpenGL has no target for the teacher's view");
     }
 
-    void send(Mesh& mesh, const std::vector<Vertex>& vertices, const std::vector<unsigned>& indices) const {
+    void send(Mesh& mesh, const room::PatientMesh& made) const {
+        const auto& [vertices, indices] = made;
         if (!mesh.array) {
             gl.GenVertexArrays(1, &mesh.array);
             gl.GenBuffers(1, &mesh.vertices);
@@ -178,13 +119,13 @@ struct PatientScene::Content {
             gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.indices);
             for (GLuint k = 0; k < 3; ++k) {
                 gl.EnableVertexAttribArray(k);
-                gl.VertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                                       reinterpret_cast<const void*>(k * sizeof(glm::vec3)));
+                gl.VertexAttribPointer(k, 3, GL_FLOAT, GL_FALSE, sizeof(room::PatientVertex),
+                                       reinterpret_cast<const void*>(k * sizeof(Eigen::Vector3f)));
             }
         }
         gl.BindVertexArray(mesh.array);
         gl.BindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
-        gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
+        gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(room::PatientVertex)),
                       vertices.data(), GL_DYNAMIC_DRAW);
         gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(unsigned)),
                       indices.data(), GL_DYNAMIC_DRAW);
@@ -196,89 +137,13 @@ struct PatientScene::Content {
         if (drawn_lumen == &anatomy && drawn_moves == moves) return;
         drawn_lumen = &anatomy;
         drawn_moves = moves;
-        geometry::TriangleMesh mesh = anatomy.lumen;
-        for (std::size_t k = 0; k < moves.size(); ++k) mesh.vertices[k] += moves[k].cast<double>();
-        std::vector<Vertex> vertices(mesh.vertices.size());
-        for (std::size_t k = 0; k < vertices.size(); ++k)
-            vertices[k] = {single(mesh.vertices[k]), glm::vec3(0), glm::vec3(0.95f, 0.55f, 0.48f)};
-        std::vector<unsigned> indices;
-        indices.reserve(3 * mesh.triangles.size());
-        for (const auto& t : mesh.triangles) {
-            const geometry::Vec3 normal =
-                (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]);
-            for (int k = 0; k < 3; ++k) {
-                vertices[t[k]].normal += single(normal);
-                indices.push_back(static_cast<unsigned>(t[k]));
-            }
-        }
-        send(lumen, vertices, indices);
+        send(lumen, room::lumen_mesh(anatomy, moves));
     }
 
-    /// Draws the devices with eight sides, as thick as the outermost is.
-    void send_wire(const room::SolverView& solver) {
-        constexpr int sides = 8;
-        std::vector<Vertex> vertices;
-        std::vector<unsigned> indices;
-        const std::size_t count = solver.joints.size();
-        glm::vec3 across(0, 1, 0);
-        for (std::size_t i = 0; i < count; ++i) {
-            const geometry::Vec3 along =
-                solver.joints[std::min(i + 1, count - 1)] - solver.joints[i == 0 ? 0 : i - 1];
-            const glm::vec3 forward = glm::normalize(single(along) + glm::vec3(1e-6f));
-            across -= glm::dot(across, forward) * forward;
-            if (glm::length(across) < 1e-3f) across = glm::cross(forward, glm::vec3(0.3f, 0.8f, 0.5f));
-            across = glm::normalize(across);
-            const glm::vec3 up = glm::cross(forward, across);
-            const double force = i < solver.contacts.size() ? solver.contacts[i].force() : 0;
-            const glm::vec3 tint = single(force_colour(force));
-            const float radius = thicker * (i < solver.radii.size() ? solver.radii[i] : 0.45f);
-            for (int k = 0; k < sides; ++k) {
-                const float angle = 2 * std::numbers::pi_v<float> * k / sides;
-                const glm::vec3 normal = std::cos(angle) * across + std::sin(angle) * up;
-                vertices.push_back({single(solver.joints[i]) + radius * normal, normal, tint});
-            }
-            if (i > 0) join_to_last_ring(indices, vertices.size() - sides, sides);
-        }
-        send(wire, vertices, indices);
-
-        std::vector<Vertex> ends;
-        std::vector<unsigned> lines;
-        for (std::size_t i = 0; i < std::min(count, solver.contacts.size()); ++i) {
-            const physics::WallContact& contact = solver.contacts[i];
-            if (!contact.touches()) continue;
-            const glm::vec3 from = single(solver.joints[i]), tint = single(force_colour(contact.force()));
-            const float length = std::clamp(force_length * static_cast<float>(contact.force()), 2.0f, 40.0f);
-            for (const glm::vec3& place : {from, from - length * single(contact.normal)}) {
-                lines.push_back(static_cast<unsigned>(ends.size()));
-                ends.push_back({place, glm::vec3(0), tint});
-            }
-        }
-        send(forces, ends, lines);
-    }
-
-    void send_goal(const geometry::Vec3& centre, double radius) {
-        if (goal.count) return;
-        constexpr int rings = 12, sides = 18;
-        std::vector<Vertex> vertices;
-        std::vector<unsigned> indices;
-        for (int j = 0; j <= rings; ++j) {
-            for (int k = 0; k < sides; ++k) {
-                const float polar = std::numbers::pi_v<float> * j / rings,
-                            turn = 2 * std::numbers::pi_v<float> * k / sides;
-                const glm::vec3 normal(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
-                                       std::cos(polar));
-                vertices.push_back({single(centre) + static_cast<float>(radius) * normal, normal,
-                                    glm::vec3(0.96f, 0.80f, 0.24f)});
-            }
-            if (j > 0) join_to_last_ring(indices, vertices.size() - sides, sides);
-        }
-        send(goal, vertices, indices);
-    }
-
-    void draw_mesh(const Mesh& mesh, GLenum shape, float opacity, float rim) const {
+    void draw_mesh(const Mesh& mesh, GLenum shape, room::Veil veil) const {
         if (!mesh.count) return;
-        gl.Uniform1f(opacity_at, opacity);
-        gl.Uniform1f(rim_at, rim);
+        gl.Uniform1f(opacity_at, veil.opacity);
+        gl.Uniform1f(rim_at, veil.rim);
         gl.BindVertexArray(mesh.array);
         gl.DrawElements(shape, mesh.count, GL_UNSIGNED_INT, nullptr);
     }
@@ -288,14 +153,14 @@ struct PatientScene::Content {
         const bool devices = solver && !solver->joints.empty();
         const glm::vec3 shift = devices ? single(solver->shift) : glm::vec3(0);
         const glm::vec3 centre = single(devices ? solver->joints.back() : target) + shift;
-        // From the patient's front, head up, as in the image.
-        const glm::vec3 eye =
-            centre + distance * glm::vec3(std::sin(azimuth) * std::cos(elevation),
-                                          -std::cos(azimuth) * std::cos(elevation), std::sin(elevation));
+        const glm::vec3 place =
+            centre + eye.distance * glm::vec3(std::sin(eye.azimuth) * std::cos(eye.elevation),
+                                              -std::cos(eye.azimuth) * std::cos(eye.elevation),
+                                              std::sin(eye.elevation));
         const glm::mat4 projection =
-            glm::perspective(0.7f, static_cast<float>(width) / static_cast<float>(std::max(1, height)),
-                             distance / 50, distance + 3000);
-        const glm::mat4 camera = projection * glm::lookAt(eye, centre, glm::vec3(0, 0, 1));
+            glm::perspective(eye.field, static_cast<float>(width) / static_cast<float>(std::max(1, height)),
+                             eye.distance / 50, eye.distance + 3000);
+        const glm::mat4 camera = projection * glm::lookAt(place, centre, glm::vec3(0, 0, 1));
         gl.BindFramebuffer(GL_FRAMEBUFFER, this->target);
         gl.Viewport(0, 0, width, height);
         gl.ClearColor(7 / 255.f, 10 / 255.f, 12 / 255.f, 1);
@@ -308,20 +173,20 @@ struct PatientScene::Content {
         gl.Disable(GL_CULL_FACE);
         gl.UseProgram(program);
         gl.UniformMatrix4fv(camera_at, 1, GL_FALSE, glm::value_ptr(camera));
-        gl.Uniform3f(eye_at, eye.x, eye.y, eye.z);
+        gl.Uniform3f(eye_at, place.x, place.y, place.z);
         gl.Uniform3f(shift_at, shift.x, shift.y, shift.z);
         if (devices) {
-            draw_mesh(wire, GL_TRIANGLES, 1, 0);
-            draw_mesh(forces, GL_LINES, 1, 0);
+            draw_mesh(wire, GL_TRIANGLES, room::solid);
+            draw_mesh(forces, GL_LINES, room::solid);
         }
         gl.Enable(GL_BLEND);
         gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
         gl.DepthMask(GL_FALSE);
-        draw_mesh(goal, GL_TRIANGLES, 0.25f, 0.6f);
+        draw_mesh(goal, GL_TRIANGLES, room::target_veil);
         gl.Enable(GL_CULL_FACE);
         for (const GLenum side : {GL_FRONT, GL_BACK}) {  // back surfaces first
             gl.CullFace(side);
-            draw_mesh(lumen, GL_TRIANGLES, 0.2f, 0.8f);
+            draw_mesh(lumen, GL_TRIANGLES, room::lumen_veil);
         }
         gl.Disable(GL_CULL_FACE);
         gl.Disable(GL_DEPTH_TEST);
@@ -342,13 +207,12 @@ void PatientScene::reset() {
 }
 
 void PatientScene::turn(float right, float up) {
-    content_->azimuth -= right;
-    content_->elevation = std::clamp(content_->elevation + up, -1.5f, 1.5f);
+    content_->eye.turn(right, up);
     content_->turned = true;
 }
 
 void PatientScene::zoom(float factor) {
-    content_->distance = std::clamp(content_->distance * factor, 15.0f, 2000.0f);
+    content_->eye.zoom(factor);
     content_->turned = true;
 }
 
@@ -360,8 +224,11 @@ GLuint PatientScene::picture(const room::View& view, const anatomy::Anatomy& ana
     const room::SolverView* solver = view.solver.get();
     if (!c.turned && c.drawn_lumen && view.serial == c.drawn_view) return c.picture;
     c.send_lumen(anatomy, solver ? solver->lumen_moves : std::vector<Eigen::Vector3f>());
-    c.send_goal(target, radius);
-    if (solver) c.send_wire(*solver);
+    if (!c.goal.count) c.send(c.goal, room::target_mesh(target, radius));
+    if (solver) {
+        c.send(c.wire, room::device_mesh(*solver));
+        c.send(c.forces, room::force_lines(*solver));
+    }
     c.paint(solver, target);
     c.drawn_view = view.serial;
     c.turned = false;

@@ -5,15 +5,9 @@
 
 #include "app/play/gl.h"
 #include "engine/anatomy/anatomy.h"
-#include "engine/room/session.h"
-#include "render/panel/palette.h"
+#include "engine/room/patient_mesh.h"
 
 namespace app {
-
-constexpr double least_force = 1e-3, most_force = 0.5;  // ends of the colour scale [N]
-
-/// Dark blue over green to yellow, which people with red-green colour blindness can distinguish.
-render::Ink force_colour(double force);
 
 class PatientScene {
 public:

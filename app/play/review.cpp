@@ -9,7 +9,6 @@
 #include "app/play/theme.h"
 
 namespace app {
-namespace {}  // namespace
 
 void Review::reset() {
     run_.reset();
@@ -20,8 +19,7 @@ void Review::reset() {
     zoom_ = 1;
     left_ = top_ = 0;
     ruler_.reset();
-    calibration_.reset();
-    calibration_text_.clear();
+    scale_ = {};
     plays_ = true;
 }
 
@@ -40,14 +38,7 @@ void Review::show() {
 }
 
 void Review::go_to(const std::vector<std::shared_ptr<const room::Sequence>>& runs, int frame) {
-    std::shared_ptr<const room::Sequence> at;
-    std::size_t image = 0;
-    for (const auto& run : runs)
-        for (std::size_t k = 0; k < run->images.size(); ++k)
-            if (!at || run->images[k].time.index <= frame) {
-                at = run;
-                image = k;
-            }
+    const auto [at, image] = room::moment_of(runs, frame);
     if (!at) return;
     run_ = at;
     number_ = at->number;
@@ -131,23 +122,11 @@ bool Review::draw(const std::vector<std::shared_ptr<const room::Sequence>>& runs
     ImGui::Separator();
     ImGui::Checkbox("Ruler: drag on the image", &rules_);
     if (ruler_) {
-        const double pixels = ruler_->pixels();
-        const double at_isocentre = render::pixel_width(run_->arm) * run_->arm.sod / run_->arm.sid;
-        const double scale = calibration_.value_or(at_isocentre);
-        ImGui::Text("%.2f mm  (%.1f pixels)", pixels * scale, pixels);
-        ImGui::TextDisabled(
-            calibration_ ? "calibrated on the wire: %.4f mm a pixel" : "at the isocentre: %.4f mm a pixel",
-            scale);
-        if (ImGui::Button("It crosses the wire: calibrate")) {
-            if (const auto width = room::band_width(image_, *ruler_)) {
-                calibration_ = wire / *width;
-                calibration_text_ = fmt::format("{:.3f} mm are {:.2f} pixels", wire, *width);
-            } else {
-                calibration_text_ = "no dark band under the ruler";
-            }
-        }
-        if (!calibration_text_.empty()) ImGui::TextDisabled("%s", calibration_text_.c_str());
-        if (calibration_ && ImGui::Button("Back to the isocentre's scale")) calibration_.reset();
+        ImGui::TextUnformatted(scale_.length(*run_, *ruler_).c_str());
+        ImGui::TextDisabled("%s", scale_.text(*run_).c_str());
+        if (ImGui::Button("It crosses the wire: calibrate")) scale_.calibrate(image_, *ruler_, wire);
+        if (!scale_.found.empty()) ImGui::TextDisabled("%s", scale_.found.c_str());
+        if (scale_.calibrated && ImGui::Button("Back to the isocentre's scale")) scale_.calibrated.reset();
     }
     ImGui::EndChild();
     ImGui::SameLine();

@@ -41,8 +41,7 @@ private:
     float zoom_ = 1, left_ = 0, top_ = 0;  // of the part shown; offsets relative to the image's size
     bool rules_ = false, draws_ = false;
     std::optional<room::Ruler> ruler_;
-    std::optional<double> calibration_;  // [mm per pixel]
-    std::string calibration_text_;       // what the last calibration found
+    room::Scale scale_;
 };
 
 }  // namespace app

@@ -7,8 +7,8 @@
 #include <imgui.h>
 #include <utility>
 
-#include "app/play/map.h"
 #include "app/play/theme.h"
+#include "engine/room/way_map.h"
 #include "render/panel/readout.h"
 
 namespace app {
@@ -186,8 +186,8 @@ void Teacher::draw_patient(const Lesson& lesson, const render::Box& area) {
         const scenario::Target& goal = lesson.session->options().scenario.target;
         const int columns = std::max(16, static_cast<int>(area.right - area.left)),
                   rows = std::max(16, static_cast<int>(area.bottom - area.top));
-        const GLuint picture =
-            scene_->picture(*lesson.view, *anatomy, target_of(goal, *anatomy), goal.radius, columns, rows);
+        const GLuint picture = scene_->picture(*lesson.view, *anatomy, room::target_of(goal, *anatomy),
+                                               goal.radius, columns, rows);
         ImGui::SetCursorPos(ImVec2(0, 0));
         ImGui::Image(texture_id(picture), ImVec2(static_cast<float>(columns), static_cast<float>(rows)),
                      ImVec2(0, 1), ImVec2(1, 0));
@@ -213,14 +213,11 @@ void Teacher::draw_legend(const render::Box& area) const {
                 top = area.bottom - u(24);
     for (int k = 0; k < shades; ++k) {
         const float step = wide / shades;
-        list.AddRectFilled(
-            ImVec2(left + k * step, top), ImVec2(left + (k + 1) * step, top + u(8)),
-            colour(force_colour(least_force * std::pow(most_force / least_force, k / (shades - 1.0)))));
+        list.AddRectFilled(ImVec2(left + k * step, top), ImVec2(left + (k + 1) * step, top + u(8)),
+                           colour(room::legend_colour(k / (shades - 1.0))));
     }
     const ImVec2 at(left, top - u(5) - ImGui::GetTextLineHeight());
-    list.AddText(
-        at, colour(palette::label),
-        fmt::format("wall force {:g} to {:g} N; drag turns, wheel zooms", least_force, most_force).c_str());
+    list.AddText(at, colour(palette::label), (room::force_legend() + "; drag turns, wheel zooms").c_str());
 }
 
 void Teacher::draw_pages(const Lesson& lesson) {

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include "app/play/map.h"
 #include "app/play/teacher.h"
 #include "app/play/theme.h"
 #include "engine/anatomy/organs.h"
 #include "engine/exercise/complications.h"
+#include "engine/room/way_map.h"
 
 namespace app {
 namespace {
@@ -121,7 +121,7 @@ void Teacher::draw_vessel_complication(room::Session& session, const anatomy::An
         if (ImGui::RadioButton(name, wanted_.kind == kind)) wanted_.kind = kind;
     }
     ImGui::PushItemWidth(-u(110));
-    choose_branch(wanted_.branch, anatomy, target_of(session.options().scenario.target, anatomy));
+    choose_branch(wanted_.branch, anatomy, room::target_of(session.options().scenario.target, anatomy));
     const double most = std::clamp(length_along(anatomy, wanted_.branch), 1.0, script::largest_place);
     wanted_.at = std::min(wanted_.at, most);
     whole_number("along it", wanted_.at, 0, most, "%d mm");

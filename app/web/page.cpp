@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/web/page_json.h"
 #include "engine/debrief/course.h"
 #include "engine/debrief/course_page.h"
 #include "engine/debrief/story.h"
@@ -24,7 +24,9 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/room/patient_mesh.h"
 #include "engine/room/session.h"
+#include "engine/room/way_map.h"
 #include "engine/room/words.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
@@ -34,7 +36,6 @@
 namespace app {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using room::Action;
 using room::Control;
 using room::Phase;
@@ -43,7 +44,6 @@ constexpr const char *scenarios = "/assets/scenarios", *devices = "/assets/devic
                      *scripts = "/assets/scripts", *attempts = "/attempts";
 constexpr const char* program = "seldinger " SELDINGER_VERSION " (page)";
 constexpr std::array<const char*, 6> phases = {"loading", "ready", "running", "paused", "ended", "failed"};
-constexpr std::array<const char*, 4> notices = {"info", "success", "warning", "alarm"};
 
 anatomy::ModelCache baked() {
     anatomy::ModelCache cache;
@@ -74,174 +74,6 @@ const char* answered(const Work& work) {
     }
 }
 
-/// Numbers of a state that is none are null, as JSON has no others.
-Json number(std::optional<double> value) {
-    return render::is_known(value) ? Json(*value) : Json();
-}
-
-std::string with_unit(std::optional<double> value, int decimals, const char* unit) {
-    return render::figure_text(value, decimals) + " " + unit;
-}
-
-Json rows(std::initializer_list<std::pair<std::string, std::string>> all) {
-    Json made = Json::array();
-    for (const auto& [name, value] : all) made.push_back({name, value});
-    return made;
-}
-
-Json devices_of(const render::Readout& r) {
-    Json made = Json::array();
-    for (const render::Readout::Device& d : r.devices) {
-        const std::optional<double> twist =
-            d.hub_twist ? std::optional(*d.hub_twist * 180 / std::numbers::pi) : std::nullopt;
-        made.push_back({{"name", d.name},
-                        {"inserted", render::figure_text(d.inserted, 0) +
-                                         (d.length ? " / " + render::figure_text(d.length, 0) : "") + " mm"},
-                        {"fraction", d.inserted && d.length ? number(*d.inserted / *d.length) : Json()},
-                        {"twist", render::figure_text(twist, 0) + "°"},
-                        {"twistDegrees", number(twist)},
-                        {"torque", with_unit(d.torque, 2, "N·mm")},
-                        {"push", with_unit(d.push_force, 2, "N")},
-                        {"grip", with_unit(d.grip, 0, "mm")},
-                        {"bow", with_unit(d.bow, 1, "mm")}});
-    }
-    return made;
-}
-
-Json marks_of(const render::Readout& r) {
-    const render::ImageMarks at =
-        r.image.value_or(render::ImageMarks{r.mode, r.lao, r.cranial, {}, {}, {}, r.frame, {}});
-    return {{"mode", at.mode},
-            {"angles", render::primary_angle_text(at.lao) + "  " + render::secondary_angle_text(at.cranial)},
-            {"mask", render::mask_shift_text(at.mask_x, at.mask_y)},
-            {"frame", at.frame}};
-}
-
-Json readout_of(const render::Readout& r) {
-    Json messages = Json::array();
-    for (const render::Message& message : r.messages)
-        messages.push_back(
-            {{"text", message.text}, {"notice", notices[static_cast<std::size_t>(message.notice)]}});
-    const render::ImageMarks* at = r.image ? &*r.image : nullptr;
-    const render::ImageSides sides = render::image_sides(at ? at->lao : r.lao, at ? at->cranial : r.cranial);
-    Json history = Json::array();
-    for (const double force : r.force_history) history.push_back(number(force));
-    std::string table = "--";
-    if (r.table)
-        table =
-            fmt::format("{} / {} / {} cm", render::centimetre_text(r.table->longitudinal),
-                        render::centimetre_text(r.table->lateral), render::centimetre_text(r.table->height));
-    return {
-        {"mode", r.mode},
-        {"beamOn", r.beam_on},
-        {"messages", messages},
-        {"sides", {{"left", sides.left}, {"right", sides.right}, {"top", sides.top}}},
-        {"groups",
-         {{{"title", "C-arm"},
-           {"rows", rows({{render::primary_angle_text(r.lao), render::secondary_angle_text(r.cranial)},
-                          {"SID", render::centimetre_text(r.sid) + " cm"},
-                          {"SOD", render::centimetre_text(r.sod) + " cm"},
-                          {"Field", render::centimetre_text(r.field_of_view) + " cm"},
-                          {"Table", table}})}},
-          {{"title", "X-ray"},
-           {"rows",
-            rows({{"Tube", with_unit(r.tube_voltage, 0, "kV") + ", " + with_unit(r.tube_current, 0, "mA")},
-                  {"Pulse",
-                   with_unit(r.pulse_width, 1, "ms") + ", " + render::rate_text(r.pulse_rate) + " p/s"},
-                  {"At detector", with_unit(r.detector_dose, 0, "nGy/pulse")}})}},
-          {{"title", "Dose"},
-           {"rows", rows({{"K_a,r", render::dose_text(r.air_kerma) + " mGy"},
-                          {"Rate", render::dose_text(r.air_kerma_rate) + " mGy/min"},
-                          {"P_KA", render::dose_text(r.kerma_area) + " Gy·cm²"},
-                          {"Fluoro time", render::clock_text(r.fluoro_time)}})}},
-          {{"title", "Contrast"},
-           {"rows",
-            rows({{"Given", render::figure_text(r.contrast, 1) +
-                                (r.contrast_limit ? " / " + render::figure_text(r.contrast_limit, 0) : "") +
-                                " ml"},
-                  {"Rate", r.injection_rate > 0 ? with_unit(r.injection_rate, 1, "ml/s") : "--"}})}}}},
-        {"devices", devices_of(r)},
-        {"held", r.held},
-        {"leftHand", r.left_hand},
-        {"helper", r.helper},
-        {"force",
-         {{"wall", number(r.largest_wall_force)},
-          {"tip", number(r.tip_force)},
-          {"limit", r.force_limit},
-          {"history", history}}},
-        {"injecting", r.injection_rate},
-        {"breathHeld", number(r.breath_held)},
-        {"tipToTarget", number(r.tip_to_target)},
-        {"lao", number(r.lao)},
-        {"cranial", number(r.cranial)},
-        {"mmPerImage",
-         r.field_of_view && r.sod && r.sid ? number(*r.field_of_view * *r.sod / *r.sid) : Json()},
-        {"marks", marks_of(r)}};
-}
-
-Json guide_of(const room::Guide& guide, const room::KeyMap& keys) {
-    Json steps = Json::array();
-    for (std::size_t k = 0; k < guide.size(); ++k) {
-        Json practices = Json::array();
-        const auto& practise = guide.step(k).practise;
-        for (std::size_t p = 0; p < practise.size(); ++p)
-            practices.push_back({{"text", script::help_of(practise[p])},
-                                 {"keys", room::inputs_of(practise[p], keys)},
-                                 {"done", guide.is_done(k, p)}});
-        steps.push_back(
-            {{"title", script::task_names[static_cast<std::size_t>(script::task_of(practise[0]))]},
-             {"text", guide.step(k).text},
-             {"done", guide.is_done(k)},
-             {"skipped", guide.is_skipped(k)},
-             {"practices", practices}});
-    }
-    return {{"step", guide.shown()}, {"done", guide.done()}, {"over", guide.over()}, {"steps", steps}};
-}
-
-Json size_of(const std::shared_ptr<const render::GrayImage>& image) {
-    return image ? Json{{"width", image->width}, {"height", image->height}} : Json();
-}
-
-Json grade_lines(const exercise::Grade& grade) {
-    Json made = Json::array();
-    for (const exercise::GradeLine& line : grade.lines)
-        made.push_back({{"name", line.measure->name},
-                        {"own", exercise::own_text(line)},
-                        {"skilled", exercise::skilled_text(line)},
-                        {"cost", line.cost}});
-    if (grade.cost_of_injuries() > 0)
-        made.push_back({{"name", "Injuries of the wall"},
-                        {"own", std::to_string(grade.dissections + grade.perforations)},
-                        {"skilled", ""},
-                        {"cost", grade.cost_of_injuries()}});
-    return made;
-}
-
-Json notes_of(const exercise::Grade& grade, const scenario::Benchmark& skilled) {
-    Json notes = Json::array();
-    if (std::ranges::any_of(grade.lines, [](const auto& line) { return line.unseen; }))
-        notes.push_back(exercise::blind_advice);
-    for (const exercise::GradeLine& line : grade.lines)
-        if (line.cost >= 2 && !line.unseen && std::string_view(line.measure->id) != "errors")
-            notes.push_back(fmt::format("{}: {}", line.measure->name, line.measure->advice));
-    notes.push_back(fmt::format("Skilled: {} attempts by {}.", skilled.attempts, skilled.by));
-    return notes;
-}
-
-Json events_of(const room::View& view) {
-    Json events = Json::array();
-    for (const exercise::HandlingErrorMark& mark : view.score.handling_errors)
-        events.push_back({{"time", render::clock_text(mark.start)},
-                          {"frame", mark.first},
-                          {"what", room::error_text(mark)},
-                          {"advice", exercise::handling_error_advice[static_cast<std::size_t>(mark.kind)]},
-                          {"kind", "error"}});
-    for (const exercise::WrongBranch& branch : view.score.wrong_branches)
-        events.push_back(
-            {{"time", ""}, {"what", room::wrong_branch_text(branch)}, {"advice", ""}, {"kind", "branch"}});
-    return events;
-}
-
 /// The page has one room.
 class Room {
 public:
@@ -256,6 +88,9 @@ public:
         for (const std::filesystem::path& file : scenario_files()) {
             const scenario::Scenario s = scenario::load_scenario(file, devices, {});
             std::error_code ignored;
+            Json patients = Json::array();
+            for (std::size_t k = 0; k < s.lesson.patients.size(); ++k)
+                patients.push_back({{"word", std::to_string(k + 2)}, {"who", s.lesson.patients[k].who}});
             exercises.push_back({{"name", s.name},
                                  {"title", s.title},
                                  {"level", s.lesson.level},
@@ -265,7 +100,7 @@ public:
                                  {"guided", s.lesson.guided()},
                                  {"solution", std::filesystem::exists(solution(s.name), ignored)},
                                  {"benchmark", s.lesson.benchmark.given()},
-                                 {"patients", Json::array()}});
+                                 {"patients", patients}});
         }
         // In the order of the course; those outside it last.
         std::stable_sort(exercises.begin(), exercises.end(), [](const Json& a, const Json& b) {
@@ -282,11 +117,14 @@ public:
         session_.reset();
         view_.reset();
         sent_ = -1, image_ = reference_ = -1;
+        scale_ = {};
+        inside_ = Inside();
         is_free_ = wanted.value("free", false);
         is_solution_ = wanted.value("solution", false);
         const std::string name = wanted.at("exercise");
         room::SessionOptions options;
-        options.scenario = scenario::load_scenario(file_of(name), devices, {});
+        options.scenario =
+            scenario::load_scenario(file_of(name), devices, {}, wanted.value("patient", std::string()));
         options.cache = baked();
         options.keys = keys_;
         options.free_practice = is_free_;
@@ -368,14 +206,22 @@ public:
             {"start", Control::Start},       {"pause", Control::Pause},   {"resume", Control::Resume},
             {"takeBack", Control::TakeBack}, {"finish", Control::Finish}, {"skipStep", Control::SkipStep}};
         if (!session_) return Json::object();
+        if (word == "lookInside" || word == "lookAway") return look_inside(word == "lookInside");
         for (const auto& [name, control] : words)
             if (name == word) session_->give(control);
         if (const auto action = action_of(word)) session_->did(*action);
         return Json::object();
     }
 
+    /// How many times faster than it was made a solution or a recording is shown.
+    Json speed(double factor) {
+        if (session_ && std::isfinite(factor)) session_->show_at(std::clamp(factor, 0.1, 100.0));
+        return Json::object();
+    }
+
     Json briefing() const {
         const scenario::Scenario& s = open_session().options().scenario;
+        const auto anatomy = open_session().anatomy();
         Json lines = Json::array();
         for (const auto& [name, value] : room::briefing(s)) lines.push_back({name, value});
         return {{"exercise", s.name},
@@ -383,6 +229,8 @@ public:
                 {"indication", s.lesson.indication},
                 {"briefing", s.lesson.briefing},
                 {"lines", lines},
+                {"patient", s.patient},
+                {"map", anatomy ? map_of(room::way_map(s, *anatomy, s.c_arm)) : Json()},
                 {"judgement", is_free_ ? "" : room::judgement(s)},
                 {"hints", s.lesson.hints},
                 {"keys", room::keys_line(keys_, s)},
@@ -402,7 +250,7 @@ public:
         const bool shows_script = is_solution_ || is_replay_;
         const bool passed = room::is_lesson_passed(view) || (grade && grade->points >= exercise::pass_mark);
         Json notes = Json::array();
-        if (grade && !shows_script) notes = notes_of(*grade, s.lesson.benchmark);
+        if (grade && !shows_script) notes = notes_of(*grade, s);
         if (!graded && !is_free_ && !s.lesson.guided()) notes.push_back(room::without_benchmark(score));
         if (is_replay_ && view.differences.empty())
             notes.push_back("Every recorded state was reached to the bit.");
@@ -414,12 +262,13 @@ public:
                 {"tone", shows_script || is_free_    ? "plain"
                          : passed || score.completed ? "good"
                                                      : "caution"},
-                {"subtitle", s.title},
+                {"subtitle", s.title + (s.patient.empty() ? "" : ", " + s.patient_text())},
                 {"lines", grade ? grade_lines(*grade) : Json::array()},
                 {"notes", notes},
-                {"events", is_solution_ ? captions()
-                           : is_free_   ? Json::array()
-                                        : events_of(view)},
+                {"events", is_solution_                    ? captions()
+                           : is_free_ || s.lesson.guided() ? Json::array()
+                                                           : events_of(view)},
+                {"timesOpen", room::times_open},
                 {"points", grade ? Json(grade->points) : Json()},
                 {"passed", passed},
                 {"reached", score.completed},
@@ -429,24 +278,103 @@ public:
     }
 
     Json look(const Json& wanted) {
-        if (!view_) throw io::InputError("no run has been taken");
         const int number = wanted.value("run", 0);
-        for (const auto& run : view_->runs) {
-            if (run->number != number || run->images.empty()) continue;
-            room::Look look;
-            const int last = static_cast<int>(run->images.size()) - 1;
-            look.image = static_cast<std::size_t>(std::clamp(wanted.value("image", last), 0, last));
-            look.mask = static_cast<std::size_t>(std::clamp(wanted.value("mask", 0), 0, last));
-            look.shift_x = wanted.value("shiftX", 0.0), look.shift_y = wanted.value("shiftY", 0.0);
-            look.window = wanted.value("window", 256.0), look.level = wanted.value("level", 128.0);
-            looked_ = std::make_shared<const render::GrayImage>(room::look_at(*run, look));
-            return {{"run", number},
-                    {"image", look.image},
-                    {"count", run->images.size()},
-                    {"width", looked_->width},
-                    {"height", looked_->height}};
+        const room::Sequence& run = run_of(number);
+        room::Look look;
+        const int last = static_cast<int>(run.images.size()) - 1;
+        look.image = static_cast<std::size_t>(std::clamp(wanted.value("image", last), 0, last));
+        look.mask = static_cast<std::size_t>(std::clamp(wanted.value("mask", 0), 0, last));
+        look.shift_x = wanted.value("shiftX", 0.0), look.shift_y = wanted.value("shiftY", 0.0);
+        look.window = wanted.value("window", 256.0), look.level = wanted.value("level", 128.0);
+        looked_ = std::make_shared<const render::GrayImage>(room::look_at(run, look));
+        return {{"run", number},
+                {"image", look.image},
+                {"count", run.images.size()},
+                {"width", looked_->width},
+                {"height", looked_->height}};
+    }
+
+    /// What a ruler on an image of a run measures. "calibrate": it lies across the wire in what look() shows
+    /// of the same; "isocentre": no longer by the wire.
+    Json measure(const Json& wanted) {
+        const room::Sequence& run = run_of(wanted.value("run", 0));
+        const auto end = [&](int k) { return std::clamp(wanted.at("ruler").at(k).get<double>(), -1e4, 1e4); };
+        const room::Ruler ruler{end(0), end(1), end(2), end(3)};
+        if (wanted.value("isocentre", false)) scale_.calibrated.reset();
+        if (wanted.value("calibrate", false)) {
+            look(wanted);
+            scale_.calibrate(*looked_, ruler, open_session().options().scenario.wire().device.outer_diameter);
         }
-        throw io::InputError("expected the number of a run, found {}", number);
+        return {{"length", scale_.length(run, ruler)},
+                {"scale", scale_.text(run)},
+                {"found", scale_.found},
+                {"calibrated", scale_.calibrated.has_value()}};
+    }
+
+    /// What is new in the view into the patient: {"centre": […], "shift": […], "meshes": [{"name",
+    /// "vertices", "indices", "lines", "opacity", "rim"}…]}, to be fetched by mesh(); at first with what
+    /// never changes.
+    Json inside() {
+        const auto anatomy = session_ ? session_->anatomy() : nullptr;
+        if (!inside_.watched || !view_ || !anatomy) return Json::object();
+        const scenario::Target& goal = session_->options().scenario.target;
+        const geometry::Vec3 target = room::target_of(goal, *anatomy);
+        const room::SolverView* solver = view_->solver.get();
+        Json made = Json::object(), meshes = Json::array();
+        const auto now = room::Clock::now();
+        inside_.meshes.clear();
+        const auto add = [&](const char* name, room::PatientMesh mesh, room::Veil veil, bool lines) {
+            meshes.push_back({{"name", name},
+                              {"vertices", mesh.vertices.size()},
+                              {"indices", mesh.indices.size()},
+                              {"lines", lines},
+                              {"opacity", veil.opacity},
+                              {"rim", veil.rim}});
+            inside_.meshes.push_back(std::move(mesh));
+        };
+        const bool first = !inside_.sent;
+        if (first) {
+            inside_.sent = true;
+            add("target", room::target_mesh(target, goal.radius), room::target_veil, false);
+            const room::Eye eye;
+            made["shaders"] = {room::patient_vertex_shader, room::patient_fragment_shader};
+            made["eye"] = {{"azimuth", eye.azimuth},   {"elevation", eye.elevation},
+                           {"distance", eye.distance}, {"steepest", eye.steepest},
+                           {"nearest", eye.nearest},   {"farthest", eye.farthest},
+                           {"field", eye.field}};
+            made["legend"] = room::force_legend();
+            Json shades = Json::array();
+            for (int k = 0; k <= 8; ++k) {
+                const render::Ink ink = room::legend_colour(k / 8.0);
+                shades.push_back({ink.red, ink.green, ink.blue});
+            }
+            made["shades"] = shades;
+        }
+        // Walls that give way move at each frame: the eye is content with fewer.
+        const std::vector<Eigen::Vector3f> moves =
+            solver ? solver->lumen_moves : std::vector<Eigen::Vector3f>();
+        if (first || (moves != inside_.moves && now - inside_.lumen_at > std::chrono::milliseconds(250))) {
+            inside_.moves = moves;
+            inside_.lumen_at = now;
+            add("lumen", room::lumen_mesh(*anatomy, moves), room::lumen_veil, false);
+        }
+        geometry::Vec3 centre = target, shift = geometry::Vec3::Zero();
+        if (solver && !solver->joints.empty()) {
+            add("devices", room::device_mesh(*solver), room::solid, false);
+            add("forces", room::force_lines(*solver), room::solid, true);
+            shift = solver->shift;
+            centre = solver->joints.back() + shift;
+        }
+        made["centre"] = {centre.x(), centre.y(), centre.z()};
+        made["shift"] = {shift.x(), shift.y(), shift.z()};
+        made["meshes"] = meshes;
+        return made;
+    }
+    /// Nine floats of each vertex, or the indices, of a mesh that inside() told of.
+    const void* mesh(int which, bool indices) const {
+        if (which < 0 || which >= static_cast<int>(inside_.meshes.size())) return nullptr;
+        const room::PatientMesh& found = inside_.meshes[static_cast<std::size_t>(which)];
+        return indices ? static_cast<const void*>(found.indices.data()) : found.vertices.data();
     }
 
     /// Puts what `seldinger bake --for-web` packed into the cache: the names of its files.
@@ -470,8 +398,7 @@ public:
         options.cache = baked();
         options.progress = [](double part, const char* what) { tell_progress(part, what); };
         const script::CommandScript script = script::load_commands(recording);
-        auto story = debrief::tell(scenario::load_scenario(file_of(wanted.at("exercise")), devices, {}),
-                                   script, options);
+        auto story = debrief::tell(scenario_of(wanted.at("exercise"), script), script, options);
         if (!story) throw io::InputError("the debriefing was interrupted");
         story->file = wanted.value("name", recording);
         io::write_whole(wanted.at("to").get<std::string>(), debrief::page(std::span(&*story, 1), nullptr));
@@ -488,7 +415,7 @@ public:
             std::error_code ignored;
             if (!std::filesystem::exists(file_of(name), ignored))
                 throw io::InputError("its exercise '{}' is none of this page's", name);
-            return scenario::load_scenario(file_of(name), devices, {});
+            return scenario_of(name, recording);
         };
         options.cache = baked();
         options.program_hash = program;
@@ -516,7 +443,9 @@ public:
         const script::CommandScript script = script::load_commands(recording);
         if (!script.origin || script.origin->scenario.empty())
             throw io::InputError("{}: expected a recording that names its exercise", recording);
-        return {{"exercise", script.origin->scenario}, {"learner", script.origin->learner}};
+        return {{"exercise", script.origin->scenario},
+                {"learner", script.origin->learner},
+                {"patient", script.origin->patient}};
     }
 
     const std::uint8_t* pixels(int which) const {
@@ -536,6 +465,10 @@ private:
         std::ranges::sort(files);
         return files;
     }
+    static scenario::Scenario scenario_of(const std::string& name, const script::CommandScript& recording) {
+        return scenario::load_scenario(file_of(name), devices, {},
+                                       recording.origin ? recording.origin->patient : std::string());
+    }
     static std::filesystem::path file_of(const std::string& name) {
         return std::filesystem::path(scenarios) / (name + ".toml");
     }
@@ -546,6 +479,26 @@ private:
         if (!session_) throw io::InputError("no exercise is open");
         return *session_;
     }
+    const room::Sequence& run_of(int number) const {
+        if (!view_) throw io::InputError("no run has been taken");
+        for (const auto& run : view_->runs)
+            if (run->number == number && !run->images.empty()) return *run;
+        throw io::InputError("expected the number of a run, found {}", number);
+    }
+
+    /// The view into the patient shows what the trainee has to find: the recording and the score say so, as
+    /// of a teacher who does it.
+    Json look_inside(bool is) {
+        inside_.watched = is;
+        inside_.sent = false;
+        script::TeacherScreen screen = script::usual_screen;
+        using Thing = script::TeacherAct::Thing;
+        for (const Thing thing : {Thing::Target, Thing::Window}) screen[static_cast<std::size_t>(thing)] = is;
+        session_->give(screen);
+        session_->give(is ? Control::WatchDevices : Control::WatchNothing);
+        return Json::object();
+    }
+
     static std::optional<Action> action_of(const std::string& name) {
         for (int k = 0; k < room::actions; ++k)
             if (room::info(static_cast<Action>(k)).key == name) return static_cast<Action>(k);
@@ -606,11 +559,6 @@ private:
         const room::View& view = *view_;
         const render::Readout& r = view.readout;
         const double contrast_left = r.contrast_limit.value_or(0) - r.contrast.value_or(0);
-        Json runs = Json::array();
-        for (const auto& run : view.runs)
-            runs.push_back({{"number", run->number},
-                            {"mode", script::title_of(run->mode)},
-                            {"images", run->images.size()}});
         Json made = {{"phase", phases[static_cast<std::size_t>(view.phase)]},
                      {"part", view.loading},
                      {"doing", view.doing},
@@ -633,7 +581,7 @@ private:
                      {"takenBack", view.taken_back},
                      {"caption", caption()},
                      {"guide", view.guide ? guide_of(*view.guide, keys_) : Json()},
-                     {"runs", runs}};
+                     {"runs", runs_of(view)}};
         if (view.image_serial != image_) {
             image_ = view.image_serial;
             made["image"] = size_of(view.image);
@@ -653,6 +601,13 @@ private:
     long sent_ = -1, image_ = -1;
     std::intptr_t reference_ = -1;
     bool is_free_ = false, is_solution_ = false, is_replay_ = false;
+    room::Scale scale_;  // of the ruler
+    struct Inside {      // the view into the patient
+        bool watched = false, sent = false;
+        std::vector<room::PatientMesh> meshes;
+        std::vector<Eigen::Vector3f> moves;
+        room::Clock::time_point lumen_at;
+    } inside_;
 };
 
 }  // namespace
@@ -665,7 +620,7 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_begin() {
     return app::answered([] { return app::Room::get().begin(); });
 }
 /// Opens an exercise: {"exercise": "renal", "free": false, "solution": false, "learner": "", "speed": 1,
-/// "replay": FILE}.
+/// "replay": FILE, "patient": "2"}.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_open(const char* wanted) {
     return app::answered([&] { return app::Room::get().open(app::Json::parse(wanted)); });
 }
@@ -678,7 +633,8 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_turn() {
 EMSCRIPTEN_KEEPALIVE const char* seldinger_give(const char* input) {
     return app::answered([&] { return app::Room::get().give(app::Json::parse(input)); });
 }
-/// "start", "pause", "resume", "takeBack", "finish", "skipStep", or an action that the page did by itself.
+/// "start", "pause", "resume", "takeBack", "finish", "skipStep", "lookInside", "lookAway", or an action that
+/// the page did by itself.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_control(const char* word) {
     return app::answered([&] { return app::Room::get().control(word); });
 }
@@ -691,6 +647,21 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_end() {
 /// {"run": 1, "image": 5, "mask": 0, "shiftX": 0, "shiftY": 0, "window": 256, "level": 128}.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_look(const char* wanted) {
     return app::answered([&] { return app::Room::get().look(app::Json::parse(wanted)); });
+}
+/// As for seldinger_look(), and {"ruler": [x0, y0, x1, y1], "calibrate": false, "isocentre": false}, in
+/// pixels.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_measure(const char* wanted) {
+    return app::answered([&] { return app::Room::get().measure(app::Json::parse(wanted)); });
+}
+EMSCRIPTEN_KEEPALIVE const char* seldinger_speed(double factor) {
+    return app::answered([&] { return app::Room::get().speed(factor); });
+}
+/// The view into the patient, while it is open: "lookInside", "lookAway" of seldinger_control.
+EMSCRIPTEN_KEEPALIVE const char* seldinger_inside() {
+    return app::answered([] { return app::Room::get().inside(); });
+}
+EMSCRIPTEN_KEEPALIVE const void* seldinger_mesh(int which, int indices) {
+    return app::Room::get().mesh(which, indices != 0);
 }
 /// The names of the files that were put into the cache.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_unpack(const char* file) {
@@ -706,7 +677,7 @@ EMSCRIPTEN_KEEPALIVE const char* seldinger_debrief(const char* wanted) {
 EMSCRIPTEN_KEEPALIVE const char* seldinger_course(const char* wanted) {
     return app::answered([&] { return app::Room::course(app::Json::parse(wanted)); });
 }
-/// {"exercise": "renal", "learner": ""} of a recording.
+/// {"exercise": "renal", "learner": "", "patient": ""} of a recording.
 EMSCRIPTEN_KEEPALIVE const char* seldinger_about(const char* recording) {
     return app::answered([&] { return app::Room::exercise_of(recording); });
 }

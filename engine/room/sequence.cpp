@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 #include "render/xray/subtraction.h"
 
@@ -112,6 +113,14 @@ render::GrayImage look_at(const Sequence& run, const Look& look) {
     return image;
 }
 
+Moment moment_of(const std::vector<std::shared_ptr<const Sequence>>& runs, int frame) {
+    Moment at;
+    for (const auto& run : runs)
+        for (std::size_t k = 0; k < run->images.size(); ++k)
+            if (!at.run || run->images[k].time.index <= frame) at = {run, k};
+    return at;
+}
+
 double Ruler::pixels() const {
     return std::hypot(x1 - x0, y1 - y0);
 }
@@ -139,6 +148,26 @@ std::optional<double> band_width(const render::GrayImage& image, const Ruler& ru
     while (right + 1 < count && profile[right] < half) ++right;
     if (profile[left] < half || profile[right] < half) return std::nullopt;
     return (right - left - 1) * length / (count - 1);
+}
+
+void Scale::calibrate(const render::GrayImage& image, const Ruler& ruler, double diameter) {
+    const auto width = band_width(image, ruler);
+    if (width) calibrated = diameter / *width;
+    found =
+        width ? fmt::format("{:.3f} mm are {:.2f} pixels", diameter, *width) : "no dark band under the ruler";
+}
+
+double Scale::mm_per_pixel(const Sequence& run) const {
+    return calibrated.value_or(render::pixel_width(run.arm) * run.arm.sod / run.arm.sid);
+}
+
+std::string Scale::length(const Sequence& run, const Ruler& ruler) const {
+    return fmt::format("{:.2f} mm  ({:.1f} pixels)", ruler.pixels() * mm_per_pixel(run), ruler.pixels());
+}
+
+std::string Scale::text(const Sequence& run) const {
+    return fmt::format("{}: {:.4f} mm a pixel", calibrated ? "calibrated on the wire" : "at the isocentre",
+                       mm_per_pixel(run));
 }
 
 }  // namespace room

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/exercise/frame.h"
@@ -66,6 +67,13 @@ struct Look {
 /// fluoroscopy is as it was shown. Throws std::out_of_range for an image or mask that does not exist.
 render::GrayImage look_at(const Sequence&, const Look&);
 
+/// Where the image is that was on the screen in a frame: before all runs, the first one.
+struct Moment {
+    std::shared_ptr<const Sequence> run;  // null where there is none
+    std::size_t image = 0;
+};
+Moment moment_of(const std::vector<std::shared_ptr<const Sequence>>&, int frame);
+
 /// A ruler on the image [pixels].
 struct Ruler {
     double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
@@ -73,5 +81,19 @@ struct Ruler {
 };
 /// Width [pixels] of the dark band that the ruler crosses, at half its depth; empty where there is no band.
 std::optional<double> band_width(const render::GrayImage&, const Ruler&);
+
+/// By which pixels become millimetres: at the isocentre, unless the ruler was laid across the wire.
+struct Scale {
+    std::optional<double> calibrated = {};  // [mm per pixel]
+    std::string found = {};                 // what the last calibration found
+    /// By the wire's diameter [mm], where the ruler crosses its shadow.
+    void calibrate(const render::GrayImage&, const Ruler&, double diameter);
+
+    double mm_per_pixel(const Sequence&) const;
+    /// "12.34 mm  (45.6 pixels)".
+    std::string length(const Sequence&, const Ruler&) const;
+    /// "at the isocentre: 0.3995 mm a pixel".
+    std::string text(const Sequence&) const;
+};
 
 }  // namespace room

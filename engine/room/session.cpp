@@ -189,7 +189,7 @@ private:
         const auto now = Clock::now();
         if (now < next_) return;
         const auto period = std::chrono::duration_cast<Clock::duration>(
-            std::chrono::duration<double>(period_ / options_.speed));
+            std::chrono::duration<double>(period_ / session_.speed_));
         if (now > next_ + period) {
             ++view_.lost_frames;
             slow_until_ =
@@ -197,7 +197,7 @@ private:
             next_ = now;  // a delay is not made up: no frame is skipped to catch up
         }
         next_ += period;
-        view_.slow = now < slow_until_;
+        view_.slow = now < slow_until_ && session_.speed_ <= 1;
         is_prepared_ = false;
         frame();
     }
@@ -559,7 +559,7 @@ private:
 };
 
 Session::Session(SessionOptions options)
-    : options_(std::move(options)), view_(std::make_shared<const View>()) {
+    : options_(std::move(options)), speed_(options_.speed), view_(std::make_shared<const View>()) {
     if (options_.own_thread)
         thread_ = std::thread([this] { Worker(*this).run(); });
     else

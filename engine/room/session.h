@@ -4,6 +4,7 @@
 /// commands of the next frame; the result is a View that is never changed afterwards. Wall-clock time decides
 /// when a frame is made, never what is in it.
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <filesystem>
@@ -114,7 +115,7 @@ struct SessionOptions {
     std::function<void(const std::filesystem::path&)> recorded = {};
     std::function<void()> wake;  // called from the session's thread when there is a new view
     bool own_thread = true;      // else nothing is done but in turn()
-    double speed = 1;            // at which a script is shown: so many times faster than it was made
+    double speed = 1;            // at first, of show_at()
 };
 
 class Session {
@@ -140,6 +141,8 @@ public:
     void give(const script::Comment&);
     /// What the teacher lets the trainee see, from the next frame on: the recording keeps what changes.
     void give(const script::TeacherScreen&);
+    /// Of a script's session: it is shown so many times faster than it was made.
+    void show_at(double speed) { speed_ = speed; }
     std::shared_ptr<const View> view() const;
 
     /// Of a session without a thread of its own: does what is due, at first the loading, then at most one
@@ -158,6 +161,7 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     bool stop_ = false;
+    std::atomic<double> speed_ = 1;
     Input held_;   // as the keys stand, passed again with each frame
     Input since_;  // what happened since the last frame
     std::optional<Clock::time_point> asked_;

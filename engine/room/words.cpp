@@ -120,4 +120,9 @@ std::string wrong_branch_text(const exercise::WrongBranch& branch) {
                        branch.seconds);
 }
 
+std::string teacher_text(const exercise::Score& score) {
+    if (score.teacher.empty()) return "";
+    return fmt::format("{}: {}.", exercise::heading_of(score.teacher), exercise::text_of(score.teacher));
+}
+
 }  // namespace room

@@ -29,5 +29,9 @@ bool is_lesson_passed(const View&);
 std::string without_benchmark(const exercise::Score&);
 std::string error_text(const exercise::HandlingErrorMark&);
 std::string wrong_branch_text(const exercise::WrongBranch&);
+inline constexpr const char *without_error = "No error of handling, no wrong branch.",
+                            *times_open = "A time opens the images of its moment.";
+/// What a teacher showed, hid or stopped; empty where he did nothing.
+std::string teacher_text(const exercise::Score&);
 
 }  // namespace room

@@ -13,7 +13,8 @@ function below(count) {
 const one_of = list => list[below(list.length)];
 
 const names = ['exercise', 'free', 'solution', 'learner', 'speed', 'replay', 'held', 'pressed', 'injections', 'wheel', 'dragUp',
-               'push', 'turn', 'armLao', 'tableLeft', 'run', 'image', 'mask', 'shiftX', 'window', 'recording', 'to', 'files', 'name'];
+               'push', 'turn', 'armLao', 'tableLeft', 'run', 'image', 'mask', 'shiftX', 'window', 'recording', 'to', 'files', 'name',
+               'patient', 'ruler', 'calibrate', 'isocentre'];
 function value(depth = 0) {
     const kinds = [() => null, () => true, () => below(10) - 5, () => one_of([1e308, -1e308, 2 ** 31, -(2 ** 31), 2 ** 63, 0.5]),
                    () => one_of(['', 'renal', 'straight', 'advance', 'fluoroscopy', '../../x', '/assets/scenarios/straight.toml',
@@ -42,10 +43,12 @@ require(path.resolve(module_file))({ print: () => {}, printErr: () => {} }).then
     if (call('begin').exercises.length < 20) throw new Error('expected exercises, found none');
     let refused = 0;
     for (let k = 0; k < Number(cases); ++k) {
-        const name = one_of(['open', 'give', 'look', 'control', 'turn', 'briefing', 'end', 'close', 'debrief', 'course', 'about', 'unpack']);
-        const text = below(4) === 0 ? one_of(['', '{', 'null', '[]', '"', '[[[[', '{"held":', '\u00e9', 'start']) : JSON.stringify(one_of([object, value])());
+        const name = one_of(['open', 'give', 'look', 'control', 'turn', 'briefing', 'end', 'close', 'debrief', 'course', 'about', 'unpack',
+                             'measure', 'inside']);
+        const text = below(4) === 0 ? one_of(['', '{', 'null', '[]', '"', '[[[[', '{"held":', '\u00e9', 'start', 'lookInside', 'lookAway']) : JSON.stringify(one_of([object, value])());
+        engine.ccall('seldinger_speed', 'string', ['number'], [one_of([0, -1, 4, 1e308, NaN, Infinity])]);
         try {
-            refused += 'error' in (['turn', 'briefing', 'end', 'close'].includes(name) ? call(name) : call(name, text)) ? 1 : 0;
+            refused += 'error' in (['turn', 'briefing', 'end', 'close', 'inside'].includes(name) ? call(name) : call(name, text)) ? 1 : 0;
         } catch (error) {
             console.log(`attack: seed ${given}, case ${k}: ${name}(${text.slice(0, 200)}): ${error.message}`);
             process.exit(1);

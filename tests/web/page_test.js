@@ -1,6 +1,7 @@
-// node tests/web/page_test.js PAGE PROGRAM PICTURES: a trainee's way in Debian's chromium, from the front page by keys to the
+// node tests/web/page_test.js PAGE PROGRAM PICTURES [PARTS]: a trainee's way in Debian's chromium, from the front page by keys to the
 // recording, which the program replays; images beside the program's; what a page promises besides: offline, damaged files,
-// no WebGL 2, small and large screens, memory that does not grow. PICTURES gets screenshots to be looked at. Code 1 where something is not as promised.
+// no WebGL 2, small and large screens, memory that does not grow. PICTURES gets screenshots to be looked at. PARTS is a regular
+// expression, by default of all names of parts. Code 1 where something is not as promised.
 'use strict';
 const { spawnSync } = require('child_process');
 const fs = require('fs');
@@ -10,7 +11,8 @@ const { start } = require('./browser.js');
 const { compare, images_of, read_png } = require('./images.js');
 const { serve } = require('./server.js');
 
-const [folder, program, pictures] = process.argv.slice(2).map(given => path.resolve(given));
+const [folder, program, pictures] = process.argv.slice(2, 5).map(given => path.resolve(given));
+const wanted = new RegExp(process.argv[5] ?? '');
 const sleep = ms => new Promise(resolve => setTimeout(resolve, ms));
 const work = fs.mkdtempSync(path.join(os.tmpdir(), 'page-'));
 let failures = 0;
@@ -42,6 +44,7 @@ const shown = id => `document.getElementById('${id}')?.offsetParent !== null`;
 async function open(page, server, name, how = 'first') {
     await page.go(server.url + 'index.html');
     await page.until(`document.querySelector('[data-exercise=${name}]')`, 60);
+    await page.eval(`document.querySelector('[data-exercise=${name}] .${how}') || document.getElementById('open-all').click()`);
     const began = Date.now();
     await page.eval(`document.querySelector('[data-exercise=${name}] .${how}').click()`);
     await page.until(`${shown('start')} && !document.getElementById('start').disabled`, 60);
@@ -103,6 +106,10 @@ async function papers(page) {
     const course = (await saved(page, 'course-save')).toString();
     expect(/Straight/.test(course) && !/does not count/.test(course),
            `expected a table with an attempt at 'straight' that counts, found ${course.slice(0, 200)}`);
+    await page.click('#course-watch summary');
+    await page.screenshot(path.join(pictures, 'course-watch.png'));
+    await page.click('#course-watch button');
+    await page.until(`document.body.dataset.screen === 'room'`, 60);
 }
 
 /// Largest differences that the page's images may have from the program's [grey levels of 255]. Beyond those of
@@ -189,10 +196,333 @@ async function first_image(page, server) {
     console.log(`page: the first image of 'renal' after ${cold.toFixed(0)} ms, once visited after ${(await once()).toFixed(0)} ms`);
 }
 
+/// Holds keys for a while [ms].
+async function hold(page, ms, ...codes) {
+    for (const code of codes) await page.key(code, { down: true });
+    await sleep(ms);
+    for (const code of codes) await page.key(code, { up: true });
+}
+
+/// From the middle of an element to the right and down, in parts of its size, with the left button.
+async function drag(page, selector, [x0, y0], [x1, y1]) {
+    const box = await page.eval(`(({left, top, width, height}) => ({left, top, width, height}))(document.querySelector('${selector}').getBoundingClientRect())`);
+    const mouse = (type, x, y, buttons) => page.send('Input.dispatchMouseEvent',
+        { type, x: box.left + x * box.width, y: box.top + y * box.height, button: type === 'mouseMoved' ? 'none' : 'left', buttons, clickCount: 1 });
+    await mouse('mouseMoved', x0, y0, 0);
+    await mouse('mousePressed', x0, y0, 1);
+    for (let k = 1; k <= 4; ++k) await mouse('mouseMoved', x0 + (x1 - x0) * k / 4, y0 + (y1 - y0) * k / 4, 1);
+    await mouse('mouseReleased', x1, y1, 0);
+}
+
+/// Presses Tab until an element has the focus: whether it can be reached by keys alone.
+async function tab_to(page, selector, most = 60) {
+    for (let k = 0; k < most; ++k) {
+        if (await page.eval(`document.activeElement?.matches('${selector}') ?? false`)) return true;
+        await page.key('Tab', { hold: 5 });
+    }
+    return false;
+}
+
+const words_of = id => `document.getElementById('${id}').textContent`;
+const number_in = text => Number(/[\d.]+/.exec(text)?.[0]);
+
+/// What the map of the briefing has: pixels of the way's colour and of the target's.
+async function map_of_briefing(page, server) {
+    await open(page, server, 'renal');
+    const found = await page.eval(`(() => {
+        const canvas = document.getElementById('briefing-map'), {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        const count = (r, g, b) => { let n = 0; for (let k = 0; k < data.length; k += 4) n += data[k] === r && data[k + 1] === g && data[k + 2] === b; return n; };
+        return {way: count(246, 204, 62), target: count(92, 184, 120), vessels: count(58, 68, 76), label: canvas.getAttribute('aria-label'), seen: canvas.offsetParent !== null};
+    })()`);
+    expect(found.seen && found.way > 200 && found.target > 50 && found.vessels > 2000 && /Map/.test(found.label),
+           `expected a map with vessels, a way and a target, found ${JSON.stringify(found)}`);
+}
+
+/// An attempt at 'straight' in which the wire is pushed without beam at first; its end page.
+async function blind_attempt(page, server) {
+    await open(page, server, 'straight');
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(3500);
+    await hold(page, 700, 'Space');
+    await hold(page, 2500, 'ArrowUp');
+    await page.key('Space', { down: true });
+    await page.key('ArrowUp', { down: true });
+    await page.until(`document.body.dataset.screen === 'end'`, 60);
+    await page.key('ArrowUp', { up: true });
+    await page.key('Space', { up: true });
+}
+
+/// The times of the end page, by keys: the image of the moment; its ruler; then recordings, one after the other.
+async function review(page, server) {
+    await blind_attempt(page, server);
+    await page.until(`document.querySelector('#events .time')`, 10);
+    expect(/time opens the images/.test(await page.eval(words_of('times-open'))), 'expected a sentence about what a time opens');
+    expect(await tab_to(page, '#events .time'), 'expected a time of an event that Tab reaches');
+    await page.screenshot(path.join(pictures, 'end-times.png'));
+    await page.key('Enter');
+    await page.until(`document.getElementById('review').open && /image \\d+ of/.test(${words_of('review-words')})`, 10);
+    const at = await page.eval(`[document.getElementById('review-image').value, document.getElementById('review-play').textContent]`);
+    expect(at[1] === 'Play' && Number(at[0]) >= 1, `expected an image that stands, found ${at}`);
+
+    // At its rate: where the loop is after a time that the page's own clock gives.
+    await page.eval(`document.getElementById('review-run').value = [...document.getElementById('review-run').options].at(-1).value`);
+    const run = await page.eval(`(() => { const select = document.getElementById('review-run'); select.dispatchEvent(new Event('change')); return select.selectedOptions[0].textContent; })()`);
+    const images = Number(/(\d+) images/.exec(run)[1]), rate = number_in(await page.eval(words_of('review-rate')));
+    expect(rate > 0 && images > 10, `expected a rate and a run of some images, found ${rate}, ${run}`);
+    await page.click('#review-play');
+    const seen = await page.eval(`new Promise(resolve => {
+        const input = document.getElementById('review-image'), found = [], begun = performance.now();
+        const look = () => {
+            found.push([performance.now() - begun, Number(input.value)]);
+            performance.now() - begun < 2500 ? requestAnimationFrame(look) : resolve(found);
+        };
+        look();
+    })`);
+    const first = seen[0], last = seen.at(-1), due = rate * (last[0] - first[0]) / 1000;
+    const turned = ((last[1] - first[1]) - due) / images, off = Math.abs(turned - Math.round(turned)) * images;
+    console.log(`page: a loop of ${images} images at ${rate}/s is ${off.toFixed(1)} images off after ${last[0].toFixed(0)} ms`);
+    expect(off <= 2, `expected a loop of ${rate} images a second, found it ${off} images off after ${last[0]} ms`);
+    await page.click('#review-play');
+
+    // The ruler: switched on by keys, laid by the mouse, moved by keys.
+    expect(await tab_to(page, '#review-rules'), 'expected a ruler that Tab reaches');
+    await page.key('Space');
+    await page.until(`/mm/.test(${words_of('ruler-length')})`, 10);
+    await drag(page, '#review-picture', [0.25, 0.5], [0.75, 0.5]);
+    await sleep(500);
+    const text = await page.eval(`[${words_of('ruler-length')}, ${words_of('ruler-scale')}, document.getElementById('review-picture').width]`);
+    const [, mm, pixels] = /([\d.]+) mm\s+\(([\d.]+) pixels\)/.exec(text[0]) ?? [], scale = number_in(text[1]);
+    expect(/isocentre/.test(text[1]) && Math.abs(pixels - text[2] / 2) < 2 && Math.abs(mm - pixels * scale) < 0.05 + 0.06 * scale,
+           `expected half an image, and its millimetres at the isocentre, found ${text.join(', ')}`);
+    const line = await page.eval(`(({width, height}) => ({width, height}))(document.querySelector('#ruler line').getBoundingClientRect())`);
+    const wide = await page.eval(`document.getElementById('review-picture').getBoundingClientRect().width`);
+    expect(Math.abs(line.width - wide / 2) < 4, `expected a line half as long as the image, found ${JSON.stringify(line)}`);
+    expect(await tab_to(page, '#review-stage'), 'expected an image that Tab reaches');
+    for (let k = 0; k < 5; ++k) await page.key('ArrowRight', { hold: 5 });
+    await sleep(500);
+    const longer = Number(/\(([\d.]+) pixels/.exec(await page.eval(words_of('ruler-length')))[1]);
+    expect(Math.abs(longer - pixels - 5) < 0.2, `expected a ruler that five arrows make 5 pixels longer than ${pixels}, found ${longer}`);
+    // Across the wire, where it is darkest, upward or sideways.
+    const dark = await page.eval(`(() => {
+        const canvas = document.getElementById('review-picture'), {width, height} = canvas, {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
+        const contrast = (at, step, count) => { let least = 255, where = 0, sum = 0;
+            for (let k = 20; k < count - 20; ++k) { const grey = data[4 * (at + k * step)]; sum += grey; if (grey < least) { least = grey; where = k; } }
+            return [sum / (count - 40) - least, where]; };
+        let best = [0];
+        for (let line = 40; line < height - 40; line += 8) {
+            const [down, row] = contrast(line, width, height), [along, column] = contrast(line * width, 1, width);
+            if (down > best[0]) best = [down, line, row, 0, 12];
+            if (along > best[0]) best = [along, column, line, 12, 0];
+        }
+        return {x: best[1] / width, y: best[2] / height, dx: best[3] / width, dy: best[4] / height, depth: best[0]};
+    })()`);
+    await drag(page, '#review-picture', [dark.x - dark.dx, dark.y - dark.dy], [dark.x + dark.dx, dark.y + dark.dy]);
+    await page.click('#ruler-wire');
+    await page.until(`/calibrated on the wire/.test(${words_of('ruler-scale')})`, 10);
+    await page.screenshot(path.join(pictures, 'review.png'));
+    const calibrated = number_in(await page.eval(words_of('ruler-scale')));
+    console.log(`page: ruler: ${scale} mm a pixel at the isocentre, ${calibrated} by the wire`);
+    expect(calibrated > 0.4 * scale && calibrated < 2.5 * scale, `expected a scale by the wire like ${scale} mm a pixel, found ${calibrated}`);
+    await page.click('#ruler-isocentre');
+    await page.until(`/isocentre/.test(${words_of('ruler-scale')})`, 10);
+    await page.key('Escape');
+    expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+
+    // A second recording, and both are watched, faster than they were made.
+    await page.click('#again');
+    await page.until(`${shown('start')} && !document.getElementById('start').disabled`, 60);
+    await page.key('Enter');
+    await sleep(4500);
+    await page.key('End');
+    await page.until(`document.getElementById('asking').open`, 10);
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'end'`, 20);
+    await page.click('#to-recordings');
+    await page.until(`document.querySelectorAll('#recordings-table tbody tr').length === 2`, 10);
+    await page.click('#recordings-table tbody tr button');
+    await page.until(`document.body.dataset.screen === 'room'`, 60);
+    const faster = `(() => { const speed = document.getElementById('speed'); speed.value = 8; speed.dispatchEvent(new Event('change')); })()`;
+    await page.eval(faster);
+    await page.until(`document.body.dataset.screen === 'end' && ${shown('next-recording')}`, 60);
+    expect(/^Next recording \(2 of 2\)$/.test(await page.eval(words_of('next-recording'))), 'expected a button for the next recording');
+    expect(/to the bit/.test(await page.eval(words_of('end-notes'))), 'expected a recording that led to the same states');
+    await page.screenshot(path.join(pictures, 'end-recording.png'));
+    expect(await tab_to(page, '#next-recording'), 'expected a next recording that Tab reaches');
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 60);
+    await page.eval(faster);
+    await page.until(`document.body.dataset.screen === 'end' && !${shown('next-recording')}`, 120);
+    expect(await page.eval(`document.querySelectorAll('#events .time').length > 0`), 'expected times of events in a recording too');
+    expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+}
+
+/// Whether the view into the patient has been drawn, and what of it is bright: a key turns it, so that it is drawn anew.
+const inside_pixels = `new Promise(resolve => {
+    const canvas = document.getElementById('inside-view'), gl = canvas.getContext('webgl2');
+    canvas.dispatchEvent(new KeyboardEvent('keydown', {code: 'ArrowLeft', bubbles: true, cancelable: true}));
+    requestAnimationFrame(() => {
+        const {width, height} = canvas, pixels = new Uint8Array(4 * width * height);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+        let lit = 0, sum = 0;
+        for (let k = 0; k < pixels.length; k += 4) { lit += pixels[k] > 40; sum = (sum * 31 + pixels[k]) | 0; }
+        resolve({lit: lit / (width * height), sum, width, height});
+    });
+})`;
+
+/// The view into the patient, by its key, while the exercise goes on; the score says that it was open.
+async function inside(page, server) {
+    await open(page, server, 'renal');
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(3500);
+    await page.key('Space', { down: true });
+    await page.key('F12');
+    await page.until(`${shown('inside')} && /wall force/.test(${words_of('inside-legend')})`, 20);
+    await page.key('ArrowUp', { down: true });
+    await sleep(2500);
+    await page.key('ArrowUp', { up: true });
+    await page.screenshot(path.join(pictures, 'inside.png'));
+    const before = await page.eval(inside_pixels);
+    expect(before.lit > 0.02, `expected vessels in the view into the patient, found ${JSON.stringify(before)}`);
+    await page.eval(`document.getElementById('inside-view').focus()`);
+    for (let k = 0; k < 5; ++k) await page.key('ArrowRight', { hold: 5 });
+    const after = await page.eval(inside_pixels);
+    expect(after.sum !== before.sum, 'expected a view that arrow keys turn');
+    await page.key('Escape');
+    await page.key('F12');
+    await page.until(`!${shown('inside')}`, 10);
+    await page.key('Space', { up: true });
+    await page.key('End');
+    await page.until(`document.getElementById('asking').open`, 10);
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'end'`, 20);
+    const told = await page.eval(words_of('events'));
+    expect(/helped by the teacher.*target shown/.test(told), `expected an end page that says the target was shown, found ${told}`);
+    expect(complaints(page).length === 0, `expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+}
+
+/// Another patient of an exercise, where the page has some: `app/web.sh --patients`.
+async function patients(page, server) {
+    const { exercises } = JSON.parse(fs.readFileSync(path.join(folder, 'exercises.json')));
+    const [name] = Object.entries(exercises).find(([, its]) => '2' in its) ?? [];
+    await open(page, server, name ?? 'renal');
+    const offered = await page.eval(`document.querySelectorAll('#patients button').length`);
+    expect(name ? offered === Object.keys(exercises[name]).length : offered === 0, `expected the patients that are there, found ${offered}`);
+    if (!name) return console.log('page: no other patients are in this page: not tried');
+    const map = `document.getElementById('briefing-map').toDataURL()`, first = await page.eval(map);
+    expect(await tab_to(page, '#patients button:nth-of-type(2)'), 'expected other patients that Tab reaches');
+    await page.key('Enter');
+    await page.until(`document.querySelector('#patients button:nth-of-type(2)').ariaPressed === 'true' && !document.getElementById('start').disabled`, 60);
+    expect(await page.eval(map) !== first, 'expected another map for another patient');
+    await page.screenshot(path.join(pictures, 'patient-2.png'));
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(3500);
+    await hold(page, 1500, 'Space', 'ArrowUp');
+    await page.key('End');
+    await page.until(`document.getElementById('asking').open`, 10);
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'end'`, 20);
+    expect(/patient 2/.test(await page.eval(words_of('end-about'))), 'expected an end page that names the patient');
+    const recording = path.join(work, `${name}-patient-2.gw`);
+    fs.writeFileSync(recording, await saved(page, 'download'));
+    const replayed = spawnSync(program, ['replay', recording, '--cache', path.join(work, 'cache')], { encoding: 'utf8' });
+    expect(replayed.status === 0 && /all equal/.test(replayed.stdout), `patient 2: ${replayed.stdout}${replayed.stderr}`);
+    await page.click('#watch');
+    await page.until(`document.body.dataset.screen === 'room'`, 60);
+    await page.until(`document.body.dataset.screen === 'end'`, 60);
+    expect(/to the bit/.test(await page.eval(words_of('end-notes'))), 'expected an attempt at patient 2 that is watched with the same states');
+}
+
+/// The folder as it is, without a server.
+async function without_server(page) {
+    await page.go(`file://${folder}/index.html`);
+    await page.until(`document.querySelector('[data-exercise=straight]')`, 60);
+    await page.click('[data-exercise=straight] .first');
+    await page.until(`${shown('start')} && !document.getElementById('start').disabled`, 60);
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(3500);
+    await page.key('Space', { down: true });
+    await page.key('ArrowUp', { down: true });
+    await page.until(`document.body.dataset.screen === 'end'`, 60);
+    await page.key('ArrowUp', { up: true });
+    await page.key('Space', { up: true });
+    expect(/^Target reached/.test(await page.eval(words_of('end-title'))), 'a folder: expected an exercise that is reached');
+    await page.click('#debrief');
+    await page.until(`document.querySelector('#paper-frame iframe')`, 60);
+    await sleep(1500);
+    await page.screenshot(path.join(pictures, 'folder-debriefing.png'));
+    await page.reload();
+    await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
+    await page.click('#to-recordings');
+    await page.until(`document.querySelectorAll('#recordings-table tbody tr').length === 1`, 10);
+    const begun = Date.now();
+    await page.click('#home');
+    await page.click('[data-exercise=renal] .free');
+    await page.until(`${shown('start')} && !document.getElementById('start').disabled`, 60);
+    console.log(`page: a folder: the briefing of 'renal' is complete after ${Date.now() - begun} ms`);
+    await page.screenshot(path.join(pictures, 'folder.png'));
+    expect(complaints(page).length === 0, `a folder: expected a silent console, found ${JSON.stringify(complaints(page), null, 1)}`);
+}
+
+/// When the front page shows what it is: the picture, and the demonstration that moves [ms].
+async function demonstration(page, server) {
+    await page.send('Page.addScriptToEvaluateOnNewDocument', { source: `
+        window.marks = {};
+        const look = () => {
+            const still = document.querySelector('#demo-frame img');
+            if (still?.complete && still.naturalWidth) marks.still ??= performance.now();
+            if (document.getElementById('demo-box')?.classList.contains('plays')) marks.moves ??= performance.now();
+            if (!marks.moves) requestAnimationFrame(look);
+        };
+        look();` });
+    await page.go(server.url + 'index.html');
+    const { still, moves } = await page.until(`marks.moves && marks`, 60);
+    console.log(`page: the front page shows a picture after ${still.toFixed(0)} ms and the demonstration after ${moves.toFixed(0)} ms`);
+    expect(still < 3000, `expected a picture within 3 s, found it after ${still} ms`);
+    await sleep(2000);
+    expect(/four times/.test(await page.eval(words_of('demo-words'))) && await page.eval(`document.getElementById('demo-box').classList.contains('plays')`),
+           'expected a demonstration that goes on');
+}
+
+/// What is new on small, usual and large screens, to be looked at; nothing is wider than the screen.
+async function sizes(page, server, name) {
+    const picture = what => page.screenshot(path.join(pictures, `${what}-${name}.png`));
+    const fits = async what => {
+        const wide = await page.eval('document.documentElement.scrollWidth - innerWidth');
+        expect(wide <= 0, `${what}, ${name}: expected a page as wide as the screen, found one that is ${wide} pixels wider`);
+    };
+    await open(page, server, 'renal', 'free');
+    await picture('briefing');
+    await fits('briefing');
+    await page.emulate({ colorScheme: 'light' });
+    await picture('briefing-light');
+    await page.emulate({ colorScheme: 'dark' });
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await sleep(500);
+    await page.key('F12');
+    await hold(page, 3500, 'Space', 'ArrowUp');
+    await picture('inside');
+    await page.key('F12');
+    await page.key('KeyV');
+    await page.until(`document.getElementById('review').open`, 10);
+    await page.eval(`document.getElementById('review-rules').click()`);
+    await sleep(700);
+    await picture('review');
+    expect(await page.eval(`(({left, right}) => left >= 0 && right <= innerWidth)(document.getElementById('review-stage').getBoundingClientRect())`),
+           `review, ${name}: expected an image within the screen`);
+}
+
+const parts = [];
+const part = (name, run) => parts.push([name, run]);
+
 (async () => {
     fs.mkdirSync(pictures, { recursive: true });
 
-    await with_page({ width: 1280, height: 800 }, async (page, server) => {
+    part('exercise', () => with_page({ width: 1280, height: 800 }, async (page, server) => {
         const recording = path.join(work, 'straight-001.gw');
         fs.writeFileSync(recording, await whole_exercise(page, server));
         const replayed = spawnSync(program, ['replay', recording, '--cache', path.join(work, 'cache')], { encoding: 'utf8' });
@@ -216,17 +546,19 @@ async function first_image(page, server) {
         const again = await open(page, server, 'straight');
         console.log(`page: without a connection the briefing is complete after ${again} ms`);
         await page.offline(false);
-    });
-
-    await with_page({}, first_image);
-    await with_page({}, async (page, server) => {
+    }));
+    for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration }))
+        part(name, () => with_page({}, run));
+    part('first image', () => with_page({}, first_image));
+    part('images', () => with_page({}, async (page, server) => {
         await page.go(server.url + 'index.html');
         for (const exercise of ['renal', 'arch', 'coronary']) await images(page, exercise);
-    });
-    await with_page({}, memory_of_all);
+    }));
+    part('memory', () => with_page({}, memory_of_all));
 
-    for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [1280, 800, 'laptop'], [3840, 2160, '4k']])
-        await with_page({ width, height }, async (page, server) => {
+    for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [1280, 800, 'laptop'], [3840, 2160, '4k']]) {
+        part(`sizes ${name}`, () => with_page({ width, height }, (page, server) => sizes(page, server, name)));
+        part(`screens ${name}`, () => with_page({ width, height }, async (page, server) => {
             await page.go(server.url + 'index.html');
             await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
             await page.screenshot(path.join(pictures, `front-${name}.png`));
@@ -236,28 +568,35 @@ async function first_image(page, server) {
             await page.until(`document.body.dataset.screen === 'room'`, 60);
             await sleep(6000);
             await page.screenshot(path.join(pictures, `room-${name}.png`));
-        });
+        }));
+    }
 
     // A damaged file, and a browser without WebGL 2: a sentence each.
-    await with_page({}, async (page, server) => {
+    part('damaged', () => with_page({}, async (page, server) => {
         const files = JSON.parse(fs.readFileSync(path.join(folder, 'exercises.json')));
-        const damaged = files.bundles[files.exercises.renal].path;
+        const damaged = files.bundles[files.exercises.renal['']].path;
         server.corrupt('/' + damaged);
         await page.go(server.url + 'index.html');
         await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
         await page.eval(`document.querySelector('[data-exercise=renal] .free').click()`);
         await page.until(`/damaged/.test(document.body.innerText)`, 60);
-    });
+    }));
     for (const [lack, sentence] of [['getContext = () => null', /WebGL 2/],
                                     ['getContext = (made => function(...given) { const context = made.apply(this, given); ' +
                                      'context.getExtension = () => null; return context; })(OffscreenCanvas.prototype.getContext)',
                                      /EXT_float_blend/]])
-        await with_page({}, async (page, server) => {
+        part(`lacking ${sentence.source}`, () => with_page({}, async (page, server) => {
             server.act('/worker.js', { change: bytes => Buffer.concat([Buffer.from(`OffscreenCanvas.prototype.${lack};\n`), bytes]) });
             await page.go(server.url + 'index.html');
             await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
             await page.eval(`document.querySelector('[data-exercise=renal] .free').click()`);
             await page.until(`${sentence}.test(document.getElementById('briefing-doing').textContent)`, 60);
+        }));
+
+    for (const [name, run] of parts.filter(([name]) => wanted.test(name)))
+        await run().catch(error => {
+            ++failures;
+            console.log(`page: ${name}: ${error.message}`);
         });
 })().catch(error => {
     ++failures;

@@ -2,6 +2,19 @@
 
 export const $ = (id) => document.getElementById(id);
 
+/** Opened as a file, from a disk or a share, without a server. */
+export const inFolder = location.protocol === 'file:';
+
+export function loadScript(path) {
+    return new Promise((resolve, refuse) => {
+        const script = el('script', {src: path, load: () => resolve(script.remove()), error: () => {
+            script.remove();
+            refuse(new Error(`${path}: expected the file beside this page, found none that can be read`));
+        }});
+        document.head.append(script);
+    });
+}
+
 /** el('p', {class: 'faint', text: 'words', click: f, 'aria-label': '…'}, child, …) */
 export function el(tag, properties = {}, ...children) {
     const element = document.createElement(tag);

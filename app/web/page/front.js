@@ -4,13 +4,31 @@ import {$, counted, drawGrey, el, say, show} from './dom.js';
 
 const passMark = 70;
 
+/** A subtraction without contrast shows nothing. */
+function isEmpty({width, height, pixels}) {
+    let least = 255, most = 0;
+    for (let y = height >> 2; y < 3 * height >> 2; y += 5)
+        for (let x = width >> 2; x < 3 * width >> 2; x += 5) {
+            const grey = pixels[y * width + x];
+            least = Math.min(least, grey);
+            most = Math.max(most, grey);
+        }
+    return most - least < 60;
+}
+
 export class Front {
     constructor(app) {
         this.app = app;
         $('next').addEventListener('click', () => this.app.open($('next').dataset.exercise));
         this.wanted = !matchMedia('(prefers-reduced-motion: reduce)').matches && !navigator.connection?.saveData;
+        this.played = 0;
+        document.addEventListener('visibilitychange', () => {
+            if (document.hidden) this.stopDemo();
+            else if (app.screen === 'front') this.appear();
+        });
         $('demo-stop').addEventListener('click', () => {
             this.wanted = $('demo-stop').textContent === 'Play';
+            this.played = 0;
             if (this.wanted) this.#startDemo();
             else this.stopDemo();
             this.#drawStop();
@@ -20,7 +38,7 @@ export class Front {
     appear() {
         this.draw();
         clearTimeout(this.demoSoon);
-        if (this.app.exercises && this.wanted) this.demoSoon = setTimeout(() => this.#startDemo(), 600);
+        if (this.app.exercises && this.wanted) this.demoSoon = setTimeout(() => this.#startDemo());
     }
 
     draw() {
@@ -69,21 +87,16 @@ export class Front {
 
     // ---- The demonstration
 
+    /** The smaller patient first; the picture of that exercise is in index.html. */
     get shown() {
-        return ['renal', 'straight'].map((name) => this.app.exercise(name)).find((one) => one?.solution);
+        const all = ['cerebral', 'renal'].map((name) => this.app.exercise(name)).filter((one) => one?.solution);
+        return all[this.played % all.length];
     }
-    /** Before it plays: the exercise's picture. */
+    /** Before it plays, the exercise's picture is there, from index.html. */
     #drawStop() {
         show($('demo-stop'), Boolean(this.shown));
         say($('demo-stop'), this.wanted ? 'Stop' : 'Play');
-        if (this.pictured || !this.shown?.picture) return;
-        this.pictured = new Image();
-        this.pictured.onload = () => {
-            const {width, height} = $('demo');
-            if (!$('demo-box').classList.contains('plays')) $('demo').getContext('2d', {alpha: false}).drawImage(this.pictured, 0, 0, width, height);
-        };
-        this.pictured.src = this.shown.picture;
-        say($('demo-words'), this.shown.title);
+        if (this.shown && !$('demo-box').classList.contains('plays')) say($('demo-words'), this.shown.title);
     }
 
     #startDemo() {
@@ -93,7 +106,7 @@ export class Front {
         this.demo = shown;
     }
     hearDemo({is, ...message}) {
-        if (is === 'view' && message.image) {
+        if (is === 'view' && message.image && !isEmpty(message.image)) {
             drawGrey($('demo'), message.image);
             $('demo-box').classList.add('plays');
             say($('demo-words'), `The solution of ‘${this.demo.title}’, four times as fast`);
@@ -106,7 +119,10 @@ export class Front {
         if (is === 'view' && message.phase === 'failed') this.stopDemo();
         if (is === 'end') {
             this.stopDemo();
-            this.demoSoon = setTimeout(() => this.#startDemo(), 3000);
+            // Each once: it costs as much as training does.
+            if (++this.played < 2) this.demoSoon = setTimeout(() => this.#startDemo(), 2000);
+            else this.wanted = false;
+            this.#drawStop();
         }
     }
     stopDemo() {

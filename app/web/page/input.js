@@ -15,7 +15,7 @@ export const keyName = (code) => codes[code] ??
     code.replace(/^(Key|Digit|Arrow)(?=.)/, '').replace(/^Numpad/, 'Keypad');
 
 /** What the page does itself, besides telling the engine that it was done. */
-export const ownActions = ['help', 'menu', 'review', 'pause', 'take_back', 'finish', 'back_to_start', 'skip'];
+export const ownActions = ['help', 'menu', 'review', 'pause', 'take_back', 'finish', 'back_to_start', 'skip', 'instructor'];
 
 const deadZone = 0.15;
 const beyondDeadZone = (value) =>
@@ -81,7 +81,7 @@ export class Hands {
 
     /** Whether the key is one of the room's. */
     keyDown(name, repeats) {
-        const actions = (this.byKey.get(name) ?? []).filter((action) => action !== 'instructor');
+        const actions = this.byKey.get(name) ?? [];
         const injection = this.injectionByKey.get(name);
         if (!actions.length && injection === undefined) return false;
         if (repeats || this.keys.has(name)) return true;

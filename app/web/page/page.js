@@ -1,13 +1,15 @@
 // The page: which screen is shown, who trains, and what passes between the engine and the screens.
 
-import {$, el, openDialog, say, show} from './dom.js';
+import {$, el, inFolder, openDialog, say, show} from './dom.js';
 import {Engine} from './engine.js';
 import {Front} from './front.js';
 import {Kept} from './kept.js';
+import {drawMap} from './map.js';
 import {EndPage, Paper, Recordings, TeacherPage} from './reading.js';
 import {Room, fillHelp} from './room.js';
 
 const screens = ['front', 'briefing', 'room', 'end', 'recordings', 'teacher', 'paper'];
+const recordingWords = ({list = [], at}) => list.length > 1 ? `Recording ${at + 1} of ${list.length}` : 'A recording';
 const isLearner = (name) => new TextEncoder().encode(name).length <= 64 && /^[^\p{Cc}]+$/u.test(name);
 
 class App {
@@ -16,7 +18,7 @@ class App {
     hints = true;
     openAll = false;
     screen = 'front';
-    attempt = null;  // what is opened: {exercise, title, free, solution, patient, replay, for: 'demo' or 'room'}
+    attempt = null;  // what is opened: {exercise, title, free, solution, patient, replay, list, at, for: 'demo' or 'room'}
 
     async begin() {
         this.kept = await new Kept().open();
@@ -32,6 +34,7 @@ class App {
         this.paper = new Paper(this);
         this.endPage = new EndPage(this);
         this.bind();
+        if (!inFolder) document.head.append(el('link', {rel: 'manifest', href: 'manifest.webmanifest'}));
         history.replaceState(null, '');
         await this.setLearner(last);
     }
@@ -119,7 +122,22 @@ class App {
 
     // ---- An exercise
 
-    /** `how`: {free, solution, patient, replay}. */
+    /** The recording at `at` of a list of {name, bytes}; those that name no exercise of the page are passed over. */
+    async watch(list, at) {
+        try {
+            const all = await this.engine.about(list.map(({bytes}) => bytes));
+            const {error} = all[at];
+            if (error) return this.notice(`${list[at].name}: ${error}`);
+            this.notice('');
+            const known = list.map((one, k) => ({...one, ...all[k]})).filter((one) => !one.error);
+            const now = known.findIndex(({bytes}) => bytes === list[at].bytes), {exercise, patient, bytes} = known[now];
+            this.open(exercise, {patient, replay: bytes, list: known, at: now});
+        } catch (error) {
+            this.notice(error.message);
+        }
+    }
+
+    /** `how`: {free, solution, patient, replay, list, at}. */
     open(exercise, how = {}) {
         this.front.stopDemo();
         if (this.attempt) this.engine.send({do: 'close'});
@@ -127,16 +145,19 @@ class App {
         this.begun({exercise, title: known?.title ?? exercise, free: false, solution: false, patient: '', replay: null, ...how, for: 'room'});
         const {attempt} = this;
         $('briefing-title').textContent = attempt.title;
-        $('briefing-about').textContent = `${this.learner || 'Guest'} · ${attempt.solution ? 'The solution' : attempt.replay ? 'A recording'
+        $('briefing-about').textContent = `${this.learner || 'Guest'} · ${attempt.solution ? 'The solution' : attempt.replay ? recordingWords(attempt)
             : attempt.free ? 'Free practice: no score, and the last 10 s can be taken back' : 'Exercise'}`;
         for (const id of ['indication', 'briefing-text', 'judgement', 'briefing-keys', 'briefing-doing']) $(id).textContent = '';
         $('briefing-lines').replaceChildren();
         $('briefing-hints').replaceChildren();
         $('briefing-doing').className = '';
-        say($('briefing-doing'), known?.megabytes ? `Loading the exercise, ${known.megabytes.toFixed(1)} MB the first time` : 'Loading the exercise');
+        const {megabytes} = known?.patients?.find(({word}) => word === attempt.patient) ?? known ?? {};
+        say($('briefing-doing'), megabytes && !inFolder ? `Loading the exercise, ${megabytes.toFixed(1)} MB the first time` : 'Loading the exercise');
         $('briefing-part').value = 0;
         show($('briefing-part'));
         show($('hint-more'), false);
+        this.map = null;
+        show($('briefing-map'), false);
         show($('briefing-picture'), Boolean(known?.picture));
         if (known?.picture) $('briefing-picture').src = known.picture;
         $('start').disabled = true;
@@ -173,6 +194,10 @@ class App {
         $('briefing-keys').textContent = briefing.keys ? `Keys: ${briefing.keys.replace(/^Keys: /, '')}` : '';
         this.attempt.guided = briefing.guided;
         this.attempt.cine = /cine run/i.test(briefing.keys ?? '');
+        this.map = briefing.map;
+        show($('briefing-picture'), !this.map && Boolean(this.exercise(this.attempt.exercise)?.picture));
+        show($('briefing-map'), Boolean(this.map));
+        drawMap($('briefing-map'), this.map);
         const left = [...briefing.hints ?? []];
         show($('hint-more'), left.length > 0 && !this.attempt.solution && !this.attempt.replay);
         $('hint-more').textContent = 'A hint';
@@ -214,6 +239,7 @@ class App {
         }
         if (is === 'briefing') this.drawBriefing(message);
         if (is === 'view') this.hearView(message);
+        if (is === 'inside') this.room.inside.hear(message);
         if (is === 'end') this.ended(message);
     }
 
@@ -302,7 +328,7 @@ class App {
     }
 
     async keepOffline() {
-        if (!('serviceWorker' in navigator)) return;
+        if (inFolder || !('serviceWorker' in navigator)) return;
         try {
             navigator.serviceWorker.addEventListener('message', ({data}) => {
                 if (data?.is === 'updated') this.notice('A new version was loaded; it is used when the page is opened again.');
@@ -349,6 +375,7 @@ class App {
             this.kept.setSetting('open-all', this.openAll);
             this.front.draw();
         });
+        addEventListener('resize', () => this.screen === 'briefing' && drawMap($('briefing-map'), this.map));
         addEventListener('popstate', () => {
             if (this.screen === 'front') return;
             if (this.room?.isOpen && !this.room.attempt.solution && !this.room.attempt.replay) {

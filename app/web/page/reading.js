@@ -9,12 +9,13 @@ export class EndPage {
         this.app = app;
         const click = (id, act) => $(id).addEventListener('click', act);
         const open = (how) => app.open(this.attempt.exercise, how);
-        click('again', () => open({free: this.attempt.free, patient: this.attempt.replay || this.attempt.solution ? '' : this.attempt.patient}));
+        click('again', () => open({free: this.attempt.free, patient: this.attempt.patient}));
         click('next-exercise', () => app.open(this.next.name));
         click('show-me', () => open({solution: true}));
         click('others', () => app.leave());
         click('end-review', () => app.room.openReview());
-        click('watch', () => open({replay: this.recording.bytes}));
+        click('watch', () => open({replay: this.recording.bytes, patient: this.attempt.patient}));
+        click('next-recording', () => app.watch(this.attempt.list, this.attempt.at + 1));
         click('debrief', () => app.paper.debrief(this.recording, 'end'));
         click('download', () => download(this.recording.name, this.recording.bytes));
     }
@@ -42,16 +43,22 @@ export class EndPage {
         const events = end.events ?? [];
         show($('events-title'), own && !attempt.free || events.length > 0);
         $('events-title').textContent = attempt.solution ? 'What was done' : 'What happened';
-        $('events').replaceChildren(...events.map(({time, what, where, advice, kind}) =>
-            el('li', {class: kind ?? ''}, el('b', {text: `${time ?? ''}  `}), el('span', {text: [what, where].filter(Boolean).join(', ')}),
-                advice ? el('p', {text: advice}) : '')));
-        if (!events.length && own && !attempt.free && !attempt.guided)
-            $('events').append(el('li', {class: 'good', text: 'No error of handling, no wrong branch.'}));
+        $('events').replaceChildren(...events.map(({time, what, where, advice, kind, run, image}) =>
+            el('li', {class: kind ?? ''}, !time ? '' : run === undefined ? el('b', {text: `${time}  `})
+                : el('button', {class: 'time', text: time, 'aria-label': `${time}: ${what}. Open the images of this moment`, click: () => this.app.room.openReview(run, image)}),
+            el('span', {text: [what, where].filter(Boolean).join(', ')}), advice ? el('p', {text: advice}) : '')));
+        show($('times-open'), events.some(({run}) => run !== undefined));
+        say($('times-open'), end.timesOpen ?? '');
         say($('end-kept'), '');
         $('again').textContent = own ? 'Again' : 'Try it yourself';
         for (const id of ['watch', 'debrief', 'download']) show($(id), own && Boolean(this.recording));
         show($('end-review'), (view?.runs ?? []).length > 0);
         show($('show-me'), !attempt.solution && Boolean(this.app.exercise(attempt.exercise)?.solution));
+        const {list = [], at = 0} = attempt, more = at + 1 < list.length;
+        show($('next-recording'), more);
+        say($('next-recording'), `Next recording (${at + 2} of ${list.length})`);
+        $('next-recording').classList.toggle('first', more);
+        $('again').classList.toggle('first', !more);
         this.drawNext(attempt);
     }
     drawNext(attempt) {
@@ -101,10 +108,10 @@ export class Recordings {
         say($('recordings-about'), kept.problem || (all.length ? `${counted(all.length, 'recording')} of ${learner || 'guests'}, kept in this browser.`
             : `No recording of ${learner || 'guests'} yet: each attempt is kept here.`));
         show($('recordings-table'), all.length > 0);
-        $('recordings-table').tBodies[0].replaceChildren(...all.map((one) => this.#row(one)));
+        $('recordings-table').tBodies[0].replaceChildren(...all.map((one, k) => this.#row(one, all, k)));
         this.app.go('recordings');
     }
-    #row(one) {
+    #row(one, all, k) {
         const {app} = this, date = new Date(one.date), when = date.toLocaleString([], {dateStyle: 'medium', timeStyle: 'short'});
         const points = one.points == null ? one.reached ? 'reached' : '–' : `${Math.round(one.points)}${one.passed ? ', passed' : ''}`;
         const button = (text, act) => el('button', {text, 'aria-label': `${text} ${one.name}`, click: act});
@@ -123,7 +130,7 @@ export class Recordings {
         });
         return el('tr', {}, el('td', {}, el('time', {datetime: date.toISOString(), text: when})), el('td', {text: one.title}), el('td', {text: one.name}),
             el('td', {class: one.passed ? 'good' : '', text: points}), el('td', {class: 'row'},
-                button('Watch', () => app.open(one.exercise, {replay: one.bytes})),
+                button('Watch', () => app.watch(all, k)),
                 button('Debriefing', () => app.paper.debrief(one, 'recordings')),
                 button('Download', () => download(one.name, one.bytes)), remove));
     }
@@ -195,6 +202,9 @@ export class TeacherPage {
             say($('drop-words'), counted(recordings.length, 'recording'));
             show($('course-save'));
             $('course').replaceChildren(await paper(this.html, 'Table of the course'));
+            $('course-watch').querySelector('ol').replaceChildren(...recordings.map(({name, learner}, k) => el('li', {},
+                el('button', {text: [learner, name].filter(Boolean).join(': '), click: () => this.app.watch(recordings, k)}))));
+            show($('course-watch'));
         } catch (error) {
             this.#fail(error.message);
         }

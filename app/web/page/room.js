@@ -2,6 +2,7 @@
 
 import {$, el, say, show, drawGrey, openDialog} from './dom.js';
 import {Hands, bindAction, bindImage, bindPad, keyName} from './input.js';
+import {Inside} from './inside.js';
 import {Panel, centimetresIn} from './panel.js';
 import {Review} from './review.js';
 
@@ -32,6 +33,7 @@ export class Room {
         this.hands = new Hands(app.keys, (action) => this.obey(action), () => this.handsFree());
         this.panel = new Panel($('column'), (axis, by) => this.hands.add(axis, by));
         this.review = new Review(this.engine);
+        this.inside = new Inside();
         this.view = null;
         this.#bind();
         this.#makeButtons();
@@ -47,6 +49,7 @@ export class Room {
         this.hands.last = '';
         this.hands.used.clear();
         this.review.reset();
+        this.inside.close();
         $('room-title').textContent = attempt.title;
         $('mark-title').textContent = attempt.title;
         for (const id of ['messages', 'runs']) $(id).replaceChildren();
@@ -56,6 +59,8 @@ export class Room {
         show($('sheet'), false);
         const watched = attempt.solution || attempt.replay;
         show($('speed').parentElement, Boolean(watched));
+        if (!attempt.list) $('speed').value = '1';
+        if (watched) this.engine.send({do: 'speed', factor: Number($('speed').value)});
         $('room').classList.toggle('watched', Boolean(watched));
         $('image').focus({preventScroll: true});
         requestAnimationFrame(() => this.#frame());
@@ -117,6 +122,7 @@ export class Room {
         if (action === 'review') this.openReview();
         if (action === 'pause' && (phase === 'running' || phase === 'paused'))
             this.#control(phase === 'running' ? 'pause' : 'resume');
+        if (action === 'instructor') this.#lookInside(!this.inside.isOpen);
         if (action === 'skip') this.engine.send({do: 'skipStep'});
         if (action === 'take_back') this.engine.send({do: 'takeBack'});
         if (action === 'finish' || action === 'back_to_start') this.#ask(action);
@@ -138,9 +144,14 @@ export class Room {
         $('image').focus({preventScroll: true});
     }
 
-    openReview(run) {
+    openReview(run, image) {
         this.hands.letGo();
-        this.review.open(this.view?.runs ?? [], run);
+        this.review.open(this.view?.runs ?? [], run, image);
+    }
+    #lookInside(is) {
+        if (is) this.inside.open();
+        else this.inside.close();
+        this.engine.send({do: 'inside', is});
     }
 
     #ask(action) {
@@ -386,7 +397,10 @@ export class Room {
         $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), inject, hand('Right', ''), hand('Left', 'left_'),
             large('fours', group('C-arm', ...[['arm_rao', 'RAO'], ['arm_lao', 'LAO'], ['arm_cranial', 'CRAN'], ['arm_caudal', 'CAUD']].map(([name, words]) => this.button(name, words)))),
             group('Room', el('button', {id: 'open-sheet', text: 'All', 'aria-label': 'All actions', click: () => this.openSheet()}), el('button', {id: 'open-column', class: 'small-only', text: 'Readouts',
-                'aria-expanded': 'false', click: () => this.#toggleColumn()}), this.button('review', 'Runs'), this.button('pause', 'Pause')));
+                'aria-expanded': 'false', click: () => this.#toggleColumn()}), this.button('instructor', 'Patient'), this.button('review', 'Runs'), this.button('pause', 'Pause')));
+        const inside = document.querySelector('#tools [data-action=instructor]'), words = `View into the patient (${this.key('instructor')})`;
+        Object.assign(inside, {id: 'open-inside', title: words, ariaPressed: 'false'}).setAttribute('aria-label', words);
+        say($('menu-inside'), words);
         $('pedals').append(...pedals());
         $('strip').append(el('dl'), el('label', {}, el('span', {text: 'Speed'}), el('select', {id: 'speed', change: ({target}) =>
             this.engine.send({do: 'speed', factor: Number(target.value)})}, ...[1, 2, 4, 8].map((factor) => el('option', {value: factor, text: `${factor} ×`})))),
@@ -483,6 +497,14 @@ export class Room {
             this.openSheet();
         });
         click('menu-review', () => this.#instead(() => this.openReview()));
+        click('menu-inside', () => {
+            $('menu').close();
+            this.obey('instructor');
+        });
+        click('inside-close', () => {
+            this.#lookInside(false);
+            $('image').focus({preventScroll: true});
+        });
         click('menu-full', () => this.#fullScreen());
         $('menu-hints').addEventListener('change', ({target}) => this.app.setHints(target.checked));
         click('menu-finish', () => {
@@ -545,8 +567,8 @@ export function fillHelp(keys, keysOf) {
     const list = (rows) => el('dl', {class: 'keys'}, ...rows.map(([key, words]) => el('div', {}, el('dt', {}, el('kbd', {text: key})), el('dd', {text: words}))));
     const contrast = () => list(keys.injections.map(({key, text}) => [key, text]));
     const parts = tasks.map((task) => {
-        const rows = keys.actions.filter((action) => action.task === task && action.name !== 'instructor')
-            .map(({name, title, held}) => [keysOf(name), title + (held ? ' (hold)' : '')]);
+        const rows = keys.actions.filter((action) => action.task === task)
+            .map(({name, title, held}) => [keysOf(name), name === 'instructor' ? 'view into the patient' : title + (held ? ' (hold)' : '')]);
         const part = el('section', {}, el('h3', {text: task}), list(rows));
         const add = (words) => part.append(el('p', {class: 'faint', text: words}));
         if (/hand/i.test(task)) add('Mouse: the wheel pushes; a drag on the image pushes up and turns sideways. Gamepad: left stick, right stick. A click on a pedal’s button keeps it down until the next one.');

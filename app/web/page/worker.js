@@ -1,10 +1,12 @@
-// The engine in a worker: loads seldinger.wasm and the files of exercises, gives the engine its turns, and passes
-// messages between it and the page. `is` names what a message to the page is, `do` what the page asks for.
+// The engine in a worker: loads the engine and the files of exercises, gives the engine its turns, and passes messages
+// between it and the page. `is` names what a message to the page is, `do` what the page asks for. bundles.js puts the
+// engine's script, and seldingerFiles, before this one.
 'use strict';
 
-importScripts('seldinger.js');
-
-let engine, files, opened = null, timer = 0, ended = false;
+const files = self.seldingerFiles;
+// A page that was opened as a file can read scripts alone: it hands over what they hold.
+const inFolder = self.location.protocol === 'blob:';
+let engine, opened = null, timer = 0, ended = false;
 
 function call(name, ...given) {
     const types = given.map(value => (typeof value === 'number' ? 'number' : 'string'));
@@ -15,24 +17,18 @@ function call(name, ...given) {
 
 // ---- Files
 
-async function bytes_of(entry, told = () => {}) {
+async function fetched(entry, told) {
     const answer = await fetch(entry.path);
     if (!answer.ok)
         throw new Error(`${entry.path}: expected the file, found HTTP status ${answer.status} (${answer.statusText})`);
-    const reader = answer.body.getReader(), parts = [];
+    const reader = answer.body.getReader(), data = new Uint8Array(entry.bytes);
     let size = 0;
     for (;;) {
         const {done, value} = await reader.read();
         if (done) break;
-        parts.push(value);
+        if (size + value.length <= data.length) data.set(value, size);
         size += value.length;
         told(size);
-    }
-    const data = new Uint8Array(size);
-    let at = 0;
-    for (const part of parts) {
-        data.set(part, at);
-        at += part.length;
     }
     if (size !== entry.bytes) throw new Error(`${entry.path}: expected ${entry.bytes} bytes, found ${size}`);
     if (self.crypto && crypto.subtle) {  // not on pages without HTTPS, but for those of this computer
@@ -43,12 +39,49 @@ async function bytes_of(entry, told = () => {}) {
     return data;
 }
 
+const handed = new Map();  // path → what takes its file
+function asked_of_page(entry) {
+    return new Promise((resolve, reject) => {
+        handed.set(entry.path, ({size, text, error}) => error ? reject(new Error(error)) : resolve({size, text}));
+        postMessage({is: 'want', path: entry.path});
+    });
+}
+
+/// Fifteen bits of each character from U+3000 on (bundles.js); `at(k)` is the k-th character.
+function decoded(at, size) {
+    const data = new Uint8Array(size);
+    let value = 0, bits = 0, from = 0;
+    for (let k = 0; k < size; ++k) {
+        if (bits < 8) {
+            value = value << 15 | at(from++) - 0x3000;
+            bits += 15;
+        }
+        bits -= 8;
+        data[k] = value >>> bits;
+        value &= (1 << bits) - 1;
+    }
+    return data;
+}
+
+/// What the script of an entry holds.
+async function bytes_of(entry, told = () => {}) {
+    if (inFolder) {
+        const {size, text} = await asked_of_page(entry);
+        told(entry.bytes);
+        return decoded(k => text.charCodeAt(k), size);
+    }
+    const data = await fetched(entry, told), units = new Uint16Array(data.buffer);
+    const head = /^\ufeffseldingerFile\('[^']*',(\d+),'/.exec(String.fromCharCode(...units.subarray(0, 200)));
+    if (!head) throw new Error(`${entry.path}: expected a file of Seldinger, found something else`);
+    return decoded(k => units[head[0].length + k], Number(head[1]));
+}
+
 async function unpacked(data, name) {
     try {
         const stream = new Blob([data]).stream().pipeThrough(new DecompressionStream('gzip'));
         return new Uint8Array(await new Response(stream).arrayBuffer());
     } catch (error) {
-        throw new Error(`${name}: expected gzip data, found something else (${error.message})`);
+        throw new Error(`${name}: the file is damaged: expected gzip data, found something else (${error.message})`);
     }
 }
 
@@ -69,9 +102,10 @@ function put_assets(bundle, name) {
 
 // The patient of an exercise, which others may have too: vessels, walls and body. One at a time is in the engine's cache.
 let patient = {bundle: null, holds: []};
-async function fetch_exercise(name) {
+async function fetch_exercise(name, word = '') {
     if (!(name in files.exercises)) throw new Error(`expected the name of an exercise, found '${name}'`);
-    const bundle = files.exercises[name];
+    if (!(word in files.exercises[name])) throw new Error(`${name}: patient ${word} is not among those of this page (app/web.sh --patients)`);
+    const bundle = files.exercises[name][word];
     if (!bundle || bundle === patient.bundle) return;
     const entry = files.bundles[bundle], told = (part, doing) => postMessage({is: 'loading', exercise: name, part, doing});
     for (const path of patient.holds) engine.FS.unlink(path);
@@ -135,6 +169,22 @@ function post_view(view) {
     postMessage({is: 'view', ...view}, moved);
 }
 
+/// What is new in the view into the patient.
+let looksInside = false;
+function post_inside() {
+    if (!looksInside || !opened) return;
+    const told = call('inside'), moved = [];
+    if (!told.meshes) return;
+    told.meshes.forEach((mesh, k) => {
+        const at = indices => engine.ccall('seldinger_mesh', 'number', ['number', 'number'], [k, indices]);
+        const from = at(0), to = at(1), {buffer} = engine.HEAPU8;
+        mesh.vertices = new Float32Array(buffer.slice(from, from + 36 * mesh.vertices));
+        mesh.indices = new Uint32Array(buffer.slice(to, to + 4 * mesh.indices));
+        moved.push(mesh.vertices.buffer, mesh.indices.buffer);
+    });
+    postMessage({is: 'inside', ...told}, moved);
+}
+
 // ---- The exercise's turns
 
 function turn() {
@@ -152,6 +202,7 @@ function turn() {
         if (opened.phase !== view.phase && view.phase === 'ready') postMessage({is: 'briefing', ...call('briefing')});
         opened.phase = view.phase;
         post_view(view);
+        post_inside();
         if (view.phase === 'ended' && !ended) {
             ended = true;
             post_end();
@@ -182,8 +233,9 @@ async function open(wanted) {
     opened = null;
     const mine = {exercise: wanted.exercise, phase: ''};
     latest = mine;
+    looksInside = false;
     call('close');
-    await fetch_exercise(wanted.exercise);
+    await fetch_exercise(wanted.exercise, wanted.patient);
     if (latest !== mine) return;  // another one was asked for meanwhile
     if (wanted.replay) {
         engine.FS.writeFile('/replay.gw', wanted.replay);
@@ -216,9 +268,9 @@ const acts = {
     // A recording of any exercise: its own files are fetched.
     async debrief({recording, name}) {
         engine.FS.writeFile('/debriefed.gw', recording);
-        const {exercise} = call('about', '/debriefed.gw');
-        if (opened && latest.exercise !== exercise) acts.close();
-        await fetch_exercise(exercise);
+        const {exercise, patient: word} = call('about', '/debriefed.gw');
+        if (opened && patient.bundle !== files.exercises[exercise]?.[word]) acts.close();
+        await fetch_exercise(exercise, word);
         progress_of = {exercise, from: 0, doing: 'making the debriefing'};
         call('debrief', JSON.stringify({exercise, recording: '/debriefed.gw', name, to: '/debriefing.html'}));
         postMessage({is: 'debriefing', html: engine.FS.readFile('/debriefing.html', {encoding: 'utf8'})});
@@ -233,18 +285,20 @@ const acts = {
                 const path = `${folder}/${paths.length}-${name.replaceAll('/', '_')}`;
                 engine.FS.writeFile(path, bytes);
                 paths.push(path);
-                let exercise = null;
+                let about = null;
                 try {
-                    exercise = call('about', path).exercise;
+                    about = call('about', path);
                 } catch {
                     continue;  // it does not count, and the page says why
                 }
-                if (!(exercise in files.exercises)) continue;
-                if (!groups.has(exercise)) groups.set(exercise, []);
-                groups.get(exercise).push(path);
+                if (files.exercises[about.exercise]?.[about.patient] === undefined) continue;
+                const group = JSON.stringify([about.exercise, about.patient]);
+                if (!groups.has(group)) groups.set(group, []);
+                groups.get(group).push(path);
             }
-            for (const [exercise, its] of groups) {
-                await fetch_exercise(exercise);
+            for (const [group, its] of groups) {
+                const [exercise, word] = JSON.parse(group);
+                await fetch_exercise(exercise, word);
                 progress_of = {exercise, from: 0, doing: 'playing the recordings'};
                 call('course', JSON.stringify({files: its}));
             }
@@ -253,6 +307,38 @@ const acts = {
         } finally {
             for (const path of paths) engine.FS.unlink(path);
         }
+    },
+    // What recordings name: [{exercise, learner, patient}, …], each with an error where it names nothing that is here.
+    about({recordings}) {
+        postMessage({is: 'about', all: recordings.map(bytes => {
+            try {
+                engine.FS.writeFile('/about.gw', bytes);
+                const about = call('about', '/about.gw');
+                if (files.exercises[about.exercise]?.[about.patient] === undefined) throw new Error(`${about.exercise}: not in this page`);
+                return about;
+            } catch (error) {
+                return {error: error.message};
+            }
+        })});
+    },
+    speed({factor}) {
+        engine.ccall('seldinger_speed', 'string', ['number'], [factor]);
+        turn();
+    },
+    inside({is}) {
+        looksInside = is;
+        call('control', is ? 'lookInside' : 'lookAway');
+        turn();
+        post_inside();
+    },
+    measure(wanted) {
+        let told;
+        try {
+            told = call('measure', JSON.stringify(wanted));
+        } catch (error) {
+            told = {error: error.message};
+        }
+        postMessage({is: 'measured', run: wanted.run, ...told});
     },
     look(wanted) {
         const {width, height, ...told} = call('look', JSON.stringify(wanted));
@@ -268,6 +354,11 @@ for (const word of ['start', 'pause', 'resume', 'takeBack', 'finish', 'skipStep'
 
 let queue = Promise.resolve();
 onmessage = ({data}) => {
+    if (data.do === 'file') {
+        handed.get(data.path)?.(data);
+        handed.delete(data.path);
+        return;
+    }
     queue = queue.then(() => {
         const act = acts[data.do];
         if (!act) throw new Error(`the page asked for '${data.do}', which there is not`);
@@ -278,10 +369,8 @@ onmessage = ({data}) => {
 // ---- The engine
 
 queue = (async () => {
-    const answer = await fetch('exercises.json');
-    if (!answer.ok) throw new Error(`exercises.json: expected the list of files, found HTTP status ${answer.status}`);
-    files = await answer.json();
-    const wasmBinary = await bytes_of(files.engine, size => postMessage({is: 'engine', part: 0.9 * size / files.engine.bytes}));
+    const {engine: entry, assets} = files;
+    const wasmBinary = await unpacked(await bytes_of(entry, size => postMessage({is: 'engine', part: 0.9 * size / entry.bytes})), entry.path);
     engine = await makeSeldinger({
         wasmBinary,
         print: text => console.log(text),
@@ -291,12 +380,15 @@ queue = (async () => {
         is: 'loading', exercise: progress_of.exercise, part: progress_of.from + (1 - progress_of.from) * part,
         doing: progress_of.doing || doing
     });
-    put_assets(await unpacked(await bytes_of(files.assets), files.assets.path), files.assets.path);
+    put_assets(await unpacked(await bytes_of(assets), assets.path), assets.path);
     engine.FS.mkdirTree('/cache');
     engine.FS.mkdirTree('/attempts');
     const about = call('begin');
-    for (const exercise of about.exercises)
-        exercise.megabytes = (files.bundles[files.exercises[exercise.name]]?.bytes ?? 0) / 1e6;
     about.exercises = about.exercises.filter(exercise => exercise.name in files.exercises);
+    for (const exercise of about.exercises) {
+        const its = files.exercises[exercise.name], megabytes = word => (files.bundles[its[word]]?.bytes ?? 0) / 1e6;
+        exercise.megabytes = megabytes('');
+        exercise.patients = exercise.patients.filter(({word}) => word in its).map(one => ({...one, megabytes: megabytes(one.word)}));
+    }
     postMessage({is: 'ready', ...about});
 })().catch(fail);

@@ -3,6 +3,7 @@
 #include "engine/room/sequence.h"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "engine/exercise/exercise.h"
@@ -125,6 +126,46 @@ TEST_F(SequenceTest, TheOldestGoFirstAndTheMaskOfARunStays) {
     frame({script::SetMode{ImagingMode::Live}, script::Beam{true}});
     for (int k = 0; k < 30; ++k) frame({});
     EXPECT_EQ(sequences.runs().back()->images.size(), 8u);
+}
+
+TEST_F(SequenceTest, AFrameHasTheImageThatWasThenOnTheScreen) {
+    EXPECT_FALSE(moment_of({}, 3).run);
+    acquire(5);
+    for (int k = 0; k < 20; ++k) frame({});
+    acquire(5);
+    const auto runs = sequences.runs();
+    ASSERT_EQ(runs.size(), 2u);
+    const int third = static_cast<int>(runs[0]->images[2].time.index),
+              last = static_cast<int>(runs[0]->images.back().time.index);
+    EXPECT_EQ(moment_of(runs, third).run, runs[0]);
+    EXPECT_EQ(moment_of(runs, third).image, 2u);
+    // Between the runs the last image stays on the screen; before the first there is nothing yet.
+    EXPECT_EQ(moment_of(runs, last + 10).run, runs[0]);
+    EXPECT_EQ(moment_of(runs, last + 10).image, runs[0]->images.size() - 1);
+    EXPECT_EQ(moment_of(runs, -1).run, runs[0]);
+    EXPECT_EQ(moment_of(runs, -1).image, 0u);
+    EXPECT_EQ(moment_of(runs, 1'000'000).run, runs[1]);
+}
+
+TEST_F(SequenceTest, ARulerMeasuresAtTheIsocentreUntilItIsLaidAcrossTheWire) {
+    acquire(2);
+    const Sequence& run = *sequences.runs()[0];
+    const double usual = run.arm.detector_width / run.arm.pixels * run.arm.sod / run.arm.sid;
+    Scale scale;
+    EXPECT_NEAR(scale.mm_per_pixel(run), usual, 1e-12);
+    const Ruler ruler{10, 20, 13, 24};
+    EXPECT_EQ(scale.length(run, ruler), fmt::format("{:.2f} mm  (5.0 pixels)", 5 * usual));
+    EXPECT_EQ(scale.text(run), fmt::format("at the isocentre: {:.4f} mm a pixel", usual));
+    render::GrayImage image{32, 32, std::vector<std::uint8_t>(32 * 32, 200)};
+    scale.calibrate(image, {4, 16, 28, 16}, 0.889);
+    EXPECT_FALSE(scale.calibrated);
+    EXPECT_EQ(scale.found, "no dark band under the ruler");
+    for (int y = 0; y < 32; ++y)
+        for (int x = 14; x < 18; ++x) image.pixels[static_cast<std::size_t>(y) * 32 + x] = 60;
+    scale.calibrate(image, {4, 16, 28, 16}, 0.889);
+    ASSERT_TRUE(scale.calibrated);
+    EXPECT_NEAR(*scale.calibrated, 0.889 / 4, 0.01);
+    EXPECT_EQ(scale.text(run), fmt::format("calibrated on the wire: {:.4f} mm a pixel", *scale.calibrated));
 }
 
 TEST(Ruler, FindsTheWidthOfADarkBandToATenthOfAPixel) {
