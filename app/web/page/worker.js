@@ -331,21 +331,24 @@ const acts = {
         turn();
         post_inside();
     },
+    // A run may be gone since the page has heard of it: no reason to end the exercise.
     measure(wanted) {
-        let told;
-        try {
-            told = call('measure', JSON.stringify(wanted));
-        } catch (error) {
-            told = {error: error.message};
-        }
-        postMessage({is: 'measured', run: wanted.run, ...told});
+        postMessage({is: 'measured', run: wanted.run, ...tried(() => call('measure', JSON.stringify(wanted)))});
     },
     look(wanted) {
-        const {width, height, ...told} = call('look', JSON.stringify(wanted));
-        const image = image_of(2, {width, height});
-        postMessage({is: 'picture', ...told, ...image}, [image.pixels.buffer]);
+        const told = tried(() => call('look', JSON.stringify(wanted)));
+        if (told.error) return postMessage({is: 'picture', run: wanted.run, ...told});
+        const {width, height, ...about} = told, image = image_of(2, {width, height});
+        postMessage({is: 'picture', ...about, ...image}, [image.pixels.buffer]);
     }
 };
+function tried(work) {
+    try {
+        return work();
+    } catch (error) {
+        return {error: error.message};
+    }
+}
 for (const word of ['start', 'pause', 'resume', 'takeBack', 'finish', 'skipStep'])
     acts[word] = () => {
         call('control', word);
