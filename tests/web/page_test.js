@@ -171,6 +171,31 @@ async function memory_of_all(page, server) {
     expect(used[1] < 1.1 * used[0] + 50, `expected memory that does not grow, found ${used.join(' and ')} MB`);
 }
 
+/// A run that is gone when it is asked for: an answer, and the exercise goes on.
+async function gone_run(page, server) {
+    await page.go(server.url + 'index.html');
+    const found = await page.eval(`new Promise((resolve, reject) => {
+        const worker = new Worker('worker.js');
+        let answers = 0, after = 0;
+        worker.onmessage = ({data}) => {
+            if (data.is === 'ready') worker.postMessage({do: 'open', exercise: 'straight', learner: ''});
+            if (data.is === 'briefing') {
+                worker.postMessage({do: 'start'});
+                worker.postMessage({do: 'input', held: ['fluoroscopy']});
+                worker.postMessage({do: 'look', run: 9, image: 0});
+                worker.postMessage({do: 'measure', run: 9, ruler: [0, 0, 9, 9]});
+            }
+            if (data.is === 'failed') reject(new Error(data.error));
+            if (['picture', 'measured'].includes(data.is) && /number of a run|no run/.test(data.error)) ++answers;
+            if (data.is === 'view' && data.image && answers === 2 && ++after === 5) {
+                worker.terminate();
+                resolve(true);
+            }
+        };
+    })`);
+    expect(found, 'expected an exercise that goes on after a run was asked for that is gone');
+}
+
 /// When the first image of a patient is there, from an empty browser and from one that knows the page [ms].
 async function first_image(page, server) {
     const once = async () => {
@@ -547,7 +572,7 @@ const part = (name, run) => parts.push([name, run]);
         console.log(`page: without a connection the briefing is complete after ${again} ms`);
         await page.offline(false);
     }));
-    for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration }))
+    for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration, 'gone run': gone_run }))
         part(name, () => with_page({}, run));
     part('first image', () => with_page({}, first_image));
     part('images', () => with_page({}, async (page, server) => {

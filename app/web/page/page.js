@@ -167,10 +167,10 @@ class App {
     }
     begun(attempt) {
         this.attempt = attempt;
-        this.isStale = true;  // until the worker speaks of this one
+        attempt.number = this.attempts = (this.attempts ?? 0) + 1;  // of the last one the worker may still speak
         this.view = null;
-        const {exercise, free, solution, patient, replay} = attempt;
-        this.engine.send({do: 'open', exercise, free, solution, patient, learner: this.learner, replay});
+        const {exercise, free, solution, patient, replay, number} = attempt;
+        this.engine.send({do: 'open', attempt: number, exercise, free, solution, patient, learner: this.learner, replay});
     }
 
     drawPatients(exercise) {
@@ -229,9 +229,9 @@ class App {
         const {is} = message, {attempt} = this;
         if (is === 'engine') $('engine-part').value = message.part;
         if (is === 'ready') this.ready(message);
-        if (is === 'failed') return this.failed(message.error);
-        if ((is === 'loading' || is === 'briefing') && message.exercise === attempt?.exercise) this.isStale = false;
-        if (!attempt || this.isStale) return;
+        const isOld = message.attempt !== undefined && message.attempt !== attempt?.number;
+        if (is === 'failed' && !isOld) return this.failed(message.error);
+        if (!attempt || message.attempt !== attempt.number) return;
         if (attempt.for === 'demo') return this.front.hearDemo(message);
         if (is === 'loading') {
             $('briefing-part').value = message.part;

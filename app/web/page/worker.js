@@ -6,7 +6,12 @@
 const files = self.seldingerFiles;
 // A page that was opened as a file can read scripts alone: it hands over what they hold.
 const inFolder = self.location.protocol === 'blob:';
-let engine, opened = null, timer = 0, ended = false;
+let engine, latest = null, opened = null, timer = 0, ended = false;
+
+/// Of the exercise that was asked for last, by the number that the page gave it.
+function tell(message, moved = []) {
+    postMessage({...message, attempt: latest?.attempt}, moved);
+}
 
 function call(name, ...given) {
     const types = given.map(value => (typeof value === 'number' ? 'number' : 'string'));
@@ -107,7 +112,7 @@ async function fetch_exercise(name, word = '') {
     if (!(word in files.exercises[name])) throw new Error(`${name}: patient ${word} is not among those of this page (app/web.sh --patients)`);
     const bundle = files.exercises[name][word];
     if (!bundle || bundle === patient.bundle) return;
-    const entry = files.bundles[bundle], told = (part, doing) => postMessage({is: 'loading', exercise: name, part, doing});
+    const entry = files.bundles[bundle], told = (part, doing) => tell({is: 'loading', exercise: name, part, doing});
     for (const path of patient.holds) engine.FS.unlink(path);
     patient = {bundle: null, holds: []};
     let holds = await unpacked_before(bundle);
@@ -166,7 +171,7 @@ function post_view(view) {
         view[name] = image_of(which, view[name]);
         if (view[name]) moved.push(view[name].pixels.buffer);
     }
-    postMessage({is: 'view', ...view}, moved);
+    tell({is: 'view', ...view}, moved);
 }
 
 /// What is new in the view into the patient.
@@ -182,7 +187,7 @@ function post_inside() {
         mesh.indices = new Uint32Array(buffer.slice(to, to + 4 * mesh.indices));
         moved.push(mesh.vertices.buffer, mesh.indices.buffer);
     });
-    postMessage({is: 'inside', ...told}, moved);
+    tell({is: 'inside', ...told}, moved);
 }
 
 // ---- The exercise's turns
@@ -199,7 +204,7 @@ function turn() {
     const view = said.view;
     if (view) {
         if (view.phase === 'failed') return fail(new Error(view.error));
-        if (opened.phase !== view.phase && view.phase === 'ready') postMessage({is: 'briefing', ...call('briefing')});
+        if (opened.phase !== view.phase && view.phase === 'ready') tell({is: 'briefing', ...call('briefing')});
         opened.phase = view.phase;
         post_view(view);
         post_inside();
@@ -219,19 +224,19 @@ function post_end() {
         recording = {name: end.file.slice(end.file.lastIndexOf('/') + 1), bytes};
     }
     delete end.file;
-    postMessage({is: 'end', ...end, recording});
+    tell({is: 'end', ...end, recording});
 }
 
 function fail(error) {
     clearTimeout(timer);
     opened = null;
-    postMessage({is: 'failed', error: String(error.message || error)});
+    tell({is: 'failed', error: String(error.message || error)});
 }
 
 async function open(wanted) {
     clearTimeout(timer);
     opened = null;
-    const mine = {exercise: wanted.exercise, phase: ''};
+    const mine = {exercise: wanted.exercise, attempt: wanted.attempt, phase: ''};
     latest = mine;
     looksInside = false;
     call('close');
@@ -249,7 +254,7 @@ async function open(wanted) {
     progress_of = {exercise: wanted.exercise, from: 0.5, doing: ''};
     turn();
 }
-let latest = null, progress_of = {exercise: '', from: 0, doing: ''};
+let progress_of = {exercise: '', from: 0, doing: ''};
 
 const acts = {
     open,
@@ -331,21 +336,24 @@ const acts = {
         turn();
         post_inside();
     },
+    // A run may be gone since the page has heard of it: no reason to end the exercise.
     measure(wanted) {
-        let told;
-        try {
-            told = call('measure', JSON.stringify(wanted));
-        } catch (error) {
-            told = {error: error.message};
-        }
-        postMessage({is: 'measured', run: wanted.run, ...told});
+        postMessage({is: 'measured', run: wanted.run, ...tried(() => call('measure', JSON.stringify(wanted)))});
     },
     look(wanted) {
-        const {width, height, ...told} = call('look', JSON.stringify(wanted));
-        const image = image_of(2, {width, height});
-        postMessage({is: 'picture', ...told, ...image}, [image.pixels.buffer]);
+        const told = tried(() => call('look', JSON.stringify(wanted)));
+        if (told.error) return postMessage({is: 'picture', run: wanted.run, ...told});
+        const {width, height, ...about} = told, image = image_of(2, {width, height});
+        postMessage({is: 'picture', ...about, ...image}, [image.pixels.buffer]);
     }
 };
+function tried(work) {
+    try {
+        return work();
+    } catch (error) {
+        return {error: error.message};
+    }
+}
 for (const word of ['start', 'pause', 'resume', 'takeBack', 'finish', 'skipStep'])
     acts[word] = () => {
         call('control', word);
@@ -376,7 +384,7 @@ queue = (async () => {
         print: text => console.log(text),
         printErr: text => console.warn(text)
     });
-    engine.progress = (part, doing) => postMessage({
+    engine.progress = (part, doing) => tell({
         is: 'loading', exercise: progress_of.exercise, part: progress_of.from + (1 - progress_of.from) * part,
         doing: progress_of.doing || doing
     });
