@@ -32,6 +32,7 @@
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
 #include "render/panel/readout.h"
+#include "render/xray/path_length.h"
 
 namespace app {
 namespace {
@@ -110,7 +111,8 @@ public:
         return {{"version", SELDINGER_VERSION},
                 {"pass", exercise::pass_mark},
                 {"exercises", exercises},
-                {"keys", keys()}};
+                {"keys", keys()},
+                {"software", render::usual_rasteriser() == render::Rasteriser::Processor}};
     }
 
     Json open(const Json& wanted) {

@@ -52,12 +52,14 @@ function compare(expected, found) {
     };
 }
 
-/// Images of a solution in the page's own engine, by frames: {frame: {width, height, pixels}}. To be called in any page of
-/// the folder.
+/// Images of a solution in the page's own engine, by frames, and whether they were drawn without OpenGL:
+/// {software, images: {frame: {width, height, pixels}}}. To be called in any page of the folder.
 async function images_of(page, exercise, frames) {
     const shown = await page.eval(`new Promise((resolve, reject) => {
         const wanted = ${JSON.stringify(frames)}, found = {}, worker = new Worker('worker.js');
+        let software;
         worker.onmessage = ({data}) => {
+            if (data.is === 'ready') software = data.software;
             if (data.is === 'ready')
                 worker.postMessage({do: 'open', exercise: '${exercise}', solution: true, speed: 100, learner: ''});
             if (data.is === 'briefing') worker.postMessage({do: 'start'});
@@ -69,11 +71,11 @@ async function images_of(page, exercise, frames) {
             if (data.is === 'failed') reject(new Error(data.error));
             if (data.is === 'end' || data.is === 'failed') {
                 worker.terminate();
-                resolve(found);
+                resolve({software, images: found});
             }
         };
     })`);
-    for (const image of Object.values(shown)) image.pixels = new Uint8Array(Buffer.from(image.pixels, 'base64'));
+    for (const image of Object.values(shown.images)) image.pixels = new Uint8Array(Buffer.from(image.pixels, 'base64'));
     return shown;
 }
 

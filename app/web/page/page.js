@@ -306,7 +306,7 @@ class App {
         $('to-help').disabled = false;
         show($('engine-part'), false);
         show($('engine-words'), Boolean(software));
-        say($('engine-words'), software ? 'This browser draws without a graphics processor: images come slowly.' : '');
+        say($('engine-words'), software ? 'Images are drawn without a graphics processor: WebGL 2 that adds floats is missing here, or slow.' : '');
         $('version').textContent = `Version ${version}.`;
         fillHelp(keys, (action) => this.keysOf(action));
         this.front.draw();

@@ -106,28 +106,36 @@ function put_assets(bundle, name) {
 }
 
 // The patient of an exercise, which others may have too: vessels, walls and body. One at a time is in the engine's cache.
-let patient = {bundle: null, holds: []};
+let patient = {bundle: null, holds: [], kept: null};  // kept: whether the browser has its files too, once that is known
 async function fetch_exercise(name, word = '') {
     if (!(name in files.exercises)) throw new Error(`expected the name of an exercise, found '${name}'`);
     if (!(word in files.exercises[name])) throw new Error(`${name}: patient ${word} is not among those of this page (app/web.sh --patients)`);
     const bundle = files.exercises[name][word];
     if (!bundle || bundle === patient.bundle) return;
     const entry = files.bundles[bundle], told = (part, doing) => tell({is: 'loading', exercise: name, part, doing});
-    for (const path of patient.holds) engine.FS.unlink(path);
-    patient = {bundle: null, holds: []};
-    let holds = await unpacked_before(bundle);
+    forget_patient();
+    let holds = await unpacked_before(bundle), kept = Promise.resolve(true);
     if (!holds) {
         const data = await unpacked(await bytes_of(entry, size => told(0.4 * size / entry.bytes, 'fetching the patient')), entry.path);
         told(0.4, 'unpacking the patient');
-        engine.FS.writeFile('/patient.bin', data);
+        engine.FS.writeFile('/patient.bin', data, {canOwn: true});
         try {
             holds = call('unpack', '/patient.bin');
         } finally {
             engine.FS.unlink('/patient.bin');
         }
-        keep_unpacked(bundle, holds);
+        kept = keep_unpacked(bundle, holds);
     }
-    patient = {bundle, holds};
+    patient = {bundle, holds, kept};
+}
+function forget_patient() {
+    for (const path of patient.holds) engine.FS.unlink(path);
+    patient = {bundle: null, holds: [], kept: null};
+}
+/// What the engine has read need not be there twice, where it can be had again at once.
+async function forget_what_is_kept() {
+    const read = patient;
+    if (await read.kept && read === patient) forget_patient();
 }
 
 // Unpacking takes seconds: the last patients are kept unpacked too, where the browser keeps anything.
@@ -137,7 +145,7 @@ async function unpacked_before(bundle) {
         const cache = await caches.open('seldinger-patients'), list = await cache.match(bundle);
         if (!list) return null;
         const holds = await list.json();
-        for (const path of holds) engine.FS.writeFile(path, new Uint8Array(await (await cache.match(bundle + path)).arrayBuffer()));
+        for (const path of holds) engine.FS.writeFile(path, new Uint8Array(await (await cache.match(bundle + path)).arrayBuffer()), {canOwn: true});
         return holds;
     } catch {
         return null;
@@ -151,8 +159,9 @@ async function keep_unpacked(bundle, holds) {
             for (const {url} of await cache.keys()) if (url.startsWith(list.url)) await cache.delete(url);
         for (const path of holds) await cache.put(bundle + path, new Response(engine.FS.readFile(path)));
         await cache.put(bundle, new Response(JSON.stringify(holds)));
+        return true;
     } catch {
-        // It is unpacked again.
+        return false;  // it is unpacked again
     }
 }
 
@@ -204,7 +213,10 @@ function turn() {
     const view = said.view;
     if (view) {
         if (view.phase === 'failed') return fail(new Error(view.error));
-        if (opened.phase !== view.phase && view.phase === 'ready') tell({is: 'briefing', ...call('briefing')});
+        if (opened.phase !== view.phase && view.phase === 'ready') {
+            tell({is: 'briefing', ...call('briefing')});
+            forget_what_is_kept();
+        }
         opened.phase = view.phase;
         post_view(view);
         post_inside();

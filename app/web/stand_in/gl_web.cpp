@@ -51,6 +51,8 @@ void* make_context(int, int) {
     wanted.majorVersion = 2;
     wanted.alpha = wanted.depth = wanted.stencil = wanted.antialias = false;
     wanted.powerPreference = EM_WEBGL_POWER_PREFERENCE_HIGH_PERFORMANCE;
+    // OpenGL in software is no faster than the engine's own rasteriser, and less exact.
+    wanted.failIfMajorPerformanceCaveat = true;
     wanted.enableExtensionsByDefault = false;
     const EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = emscripten_webgl_create_context("!lengths", &wanted);
     if (context <= 0) return nullptr;
