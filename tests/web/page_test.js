@@ -118,9 +118,8 @@ const { limits } = JSON.parse(fs.readFileSync(path.join(__dirname, '../frames/he
 const limits_of_webgl = { mean_difference: 0.09, largest_difference: 40, tile_difference: 0.5 };
 const rasterisers = { processor: [true, limits], webgl: [false, limits_of_webgl] };
 
-/// Put before worker.js: a browser without a graphics processor takes its OpenGL in software for good enough.
-const any_webgl = 'OffscreenCanvas.prototype.getContext = (made => function(kind, wanted) { return made.call(this, kind, ' +
-                  '{...wanted, failIfMajorPerformanceCaveat: false}); })(OffscreenCanvas.prototype.getContext);\n';
+/// Put before worker.js: browsers without WebGL 2, and with one that cannot add floats.
+const lacks = { webgl: 'OffscreenCanvas.prototype.getContext = () => null;\n', floats: 'WebGL2RenderingContext.prototype.getExtension = () => null;\n' };
 function in_worker(server, before) {
     server.act('/worker.js', { change: bytes => Buffer.concat([Buffer.from(before), bytes]) });
 }
@@ -587,7 +586,7 @@ const part = (name, run) => parts.push([name, run]);
     part('first image', () => with_page({}, first_image));
     for (const rasteriser of Object.keys(rasterisers))
         part(`images by ${rasteriser}`, () => with_page({}, async (page, server) => {
-            if (rasteriser === 'webgl') in_worker(server, any_webgl);
+            if (rasteriser === 'processor') in_worker(server, lacks.webgl);
             await page.go(server.url + 'index.html');
             for (const exercise of ['renal', 'arch', 'coronary']) await images(page, exercise, rasteriser);
         }));
@@ -619,8 +618,7 @@ const part = (name, run) => parts.push([name, run]);
         await page.until(`/damaged/.test(document.body.innerText)`, 60);
     }));
     // A browser without WebGL 2, or whose WebGL cannot add floats, says so and trains all the same.
-    for (const [lack, before] of [['WebGL 2', 'OffscreenCanvas.prototype.getContext = () => null;\n'],
-                                  ['floats', any_webgl + 'WebGL2RenderingContext.prototype.getExtension = () => null;\n']])
+    for (const [lack, before] of Object.entries(lacks))
         part(`lacking ${lack}`, () => with_page({}, async (page, server) => {
             in_worker(server, before);
             await page.go(server.url + 'index.html');
