@@ -146,16 +146,16 @@ async function images(page, exercise, rasteriser) {
                 Object.entries(worst).map(([name, value]) => `${name} ${value.toFixed(3)}`).join(', '));
 }
 
-/// Each exercise is opened and seen for a moment, twice, in one page; memory of the browser's processes [MB] after both.
+/// Each exercise is opened and seen for a moment, twice, in one engine; memory [MB] after both, of the page's process and of all of the browser's.
 async function memory_of_all(page, server) {
-    await page.go(server.url + 'index.html');
+    await page.go(server.url + 'files.json');  // no engine but this one
     await page.eval(`new Promise(resolve => {
         window.engine = new Worker('worker.js');
         window.engine.onmessage = ({data}) => {
             if (data.is === 'ready') resolve(window.names = data.exercises.map(({name}) => name));
         };
     })`);
-    const used = [];
+    const used = [], tab = [];
     for (let round = 0; round < 2; ++round) {
         for (const name of await page.eval('window.names'))
             await page.eval(`new Promise((resolve, reject) => {
@@ -173,10 +173,15 @@ async function memory_of_all(page, server) {
                 };
                 engine.postMessage({do: 'open', exercise: '${name}', learner: ''});
             })`);
-        used.push((await page.memory()).pss / 1e6);
+        await sleep(3000);
+        const { pss, processes } = await page.memory();
+        used.push(pss / 1e6);
+        tab.push(Math.max(...processes.map(one => one.type === 'renderer' ? one.pss : 0)) / 1e6);
     }
-    console.log(`page: memory of chromium's processes after all exercises ${used[0].toFixed(0)} MB, after all once more ` +
-                `${used[1].toFixed(0)} MB`);
+    const shown = numbers => numbers.map(number => number.toFixed(0)).join(', ');
+    console.log(`page: memory after all exercises and after all once more: the page's process ${shown(tab)} MB, all of chromium's ` +
+                `${shown(used)} MB`);
+    expect(Math.max(...tab) < 600, `expected a page of at most 600 MB, found ${shown(tab)} MB`);
     expect(used[1] < 1.1 * used[0] + 50, `expected memory that does not grow, found ${used.join(' and ')} MB`);
 }
 
