@@ -174,7 +174,7 @@ private:
         const std::int64_t area = (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) -
                                   (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
         if (area == 0) return;
-        // The image is seen from behind, as it were: where the ray enters, corners go as the hands of a clock.
+        // Where the ray enters, corners go as the hands of a clock: the image is seen from behind.
         const float sign = area > 0 ? -1.0f : 1.0f;
         if (area < 0) std::swap(b, c);
         const Face face(*plane[0], *plane[1], *plane[2]);
