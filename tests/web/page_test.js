@@ -555,6 +555,56 @@ async function sizes(page, server, name) {
            `review, ${name}: expected an image within the screen`);
 }
 
+/// What a screen reader has of each screen, by chromium's tree of accessibility: everything that can be operated has a
+/// name, and Tab reaches all of it.
+async function reader(page, server) {
+    const operable = /^(button|link|textbox|slider|combobox|checkbox|switch|spinbutton|menuitem|radio|tab)$/i;
+    const heard = async where => {
+        const { nodes } = await page.send('Accessibility.getFullAXTree');
+        const shown = nodes.filter(({ ignored, role }) => !ignored && operable.test(role?.value ?? ''));
+        const nameless = shown.filter(({ name }) => !name?.value?.trim());
+        expect(shown.length > 0 && nameless.length === 0,
+               `${where}: expected controls that all have names, found ${shown.length}, ${nameless.length} of them without: ` +
+               nameless.map(({ role }) => role.value).join(', '));
+        return shown.length;
+    };
+    const reached = async where => {
+        const missed = await page.eval(`(() => {
+            const scope = [...document.querySelectorAll('dialog[open]')].pop() ?? document;
+            return [...scope.querySelectorAll('button, a[href], input, select, textarea, summary')]
+                .filter(e => e.offsetParent !== null && !e.disabled && getComputedStyle(e).visibility === 'visible' && e.tabIndex < 0)
+                .map(e => e.id || e.textContent);
+        })()`);
+        expect(missed.length === 0, `${where}: expected controls that Tab reaches, found others: ${missed.join(', ')}`);
+    };
+    const counts = [];
+    const look = async where => {
+        counts.push(`${where} ${await heard(where)}`);
+        await reached(where);
+    };
+    await page.go(server.url + 'index.html');
+    await page.until(`document.querySelector('[data-exercise=renal]')`, 60);
+    await look('front page');
+    await page.eval(`document.querySelector('[data-exercise=renal] .free').click()`);
+    await page.until(`document.getElementById('start').offsetParent && !document.getElementById('start').disabled`, 60);
+    await look('briefing');
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    await hold(page, 2500, 'Space', 'ArrowUp');
+    await look('room');
+    await page.key('KeyV');
+    await page.until(`document.getElementById('review').open`, 10);
+    await look('runs');
+    await page.key('Escape');
+    await page.until(`!document.getElementById('review').open`, 10);
+    await page.key('End');
+    await page.until(`document.getElementById('asking').open`, 10);
+    await page.key('Enter');
+    await page.until(`document.body.dataset.screen === 'end'`, 20);
+    await look('end page');
+    console.log(`page: controls that a screen reader names: ${counts.join(', ')}`);
+}
+
 const parts = [];
 const part = (name, run) => parts.push([name, run]);
 
@@ -586,7 +636,7 @@ const part = (name, run) => parts.push([name, run]);
         console.log(`page: without a connection the briefing is complete after ${again} ms`);
         await page.offline(false);
     }));
-    for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration, 'gone run': gone_run }))
+    for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration, reader, 'gone run': gone_run }))
         part(name, () => with_page({}, run));
     part('first image', () => with_page({}, first_image));
     for (const rasteriser of Object.keys(rasterisers))
@@ -642,7 +692,9 @@ const part = (name, run) => parts.push([name, run]);
             })()`, 10);
         }));
 
-    for (const [name, run] of parts.filter(([name]) => wanted.test(name)))
+    const asked = parts.filter(([name]) => wanted.test(name));
+    if (asked.length === 0) throw new Error(`expected some of ${parts.map(([name]) => `'${name}'`).join(', ')}, found '${process.argv[5]}'`);
+    for (const [name, run] of asked)
         await run().catch(error => {
             ++failures;
             console.log(`page: ${name}: ${error.message}`);
