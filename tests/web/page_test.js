@@ -605,6 +605,57 @@ async function reader(page, server) {
     console.log(`page: controls that a screen reader names: ${counts.join(', ')}`);
 }
 
+/// Two thumbs on a telephone, one on a pedal and one on the pad, and a gamepad: the wire goes in, and the beam is on.
+async function thumbs_and_gamepad(page, server) {
+    await page.emulate({ touch: true });
+    await open(page, server, 'straight', 'free');
+    await page.click('#start');
+    await page.until(`document.body.dataset.screen === 'room'`, 10);
+    const readout = async () => {
+        const [inserted, beam] = await page.eval(`['Inserted', 'Fluoro time'].map(name => [...document.querySelectorAll('dl *')]
+            .find(e => e.children.length === 0 && e.textContent === name)?.nextElementSibling?.textContent ?? '')`);
+        return { inserted: parseFloat(inserted), beam: beam.split(':').reduce((all, part) => 60 * all + Number(part), 0) };
+    };
+    const middle = selector => page.eval(`(({left, top, width, height}) => ({x: left + width / 2, y: top + height / 2}))(
+        document.querySelector('${selector}').getBoundingClientRect())`);
+    const [pedal, pad] = [await middle('#pedals [data-action=fluoroscopy]'), await middle('#pad-area')];
+    const touch = (type, ...points) => page.send('Input.dispatchTouchEvent', { type, touchPoints: points });
+    let before = await readout();
+    for (let k = 0; k < 50 && isNaN(before.inserted); ++k) {
+        await sleep(100);
+        before = await readout();
+    }
+    await touch('touchStart', { ...pedal, id: 0 });
+    await touch('touchStart', { ...pedal, id: 0 }, { ...pad, id: 1 });
+    for (let k = 1; k <= 5; ++k) await touch('touchMove', { ...pedal, id: 0 }, { x: pad.x, y: pad.y - 10 * k, id: 1 });
+    await sleep(2500);
+    await page.screenshot(path.join(pictures, 'thumbs.png'));
+    await touch('touchEnd');
+    await sleep(500);
+    const thumbs = await readout();
+    expect(thumbs.inserted > before.inserted + 10 && thumbs.beam > before.beam,
+           `thumbs: expected a wire pushed from ${before.inserted} mm by more than 10 mm under the beam, found ${JSON.stringify(thumbs)}`);
+    await sleep(1000);
+    const rested = await readout();
+    expect(rested.inserted === thumbs.inserted && rested.beam === thumbs.beam,
+           `thumbs: expected hands and pedals that rest once let go at ${JSON.stringify(thumbs)}, found ${JSON.stringify(rested)}`);
+    const gamepad = (axes, ...pressed) => page.eval(`(navigator.getGamepads = () => [{connected: true, mapping: 'standard',
+        axes: ${JSON.stringify(axes)}, buttons: Array.from({length: 17}, (none, k) => ({pressed: ${JSON.stringify(pressed)}.includes(k)}))}], 0)`);
+    await gamepad([0, 0, 0, -1], 0);
+    await sleep(1500);
+    await gamepad([0, 0, 0, 0]);
+    await sleep(500);
+    const sticks = await readout();
+    expect(sticks.inserted > rested.inserted + 10 && sticks.beam > rested.beam,
+           `gamepad: expected a wire pushed from ${rested.inserted} mm by more than 10 mm under the beam, found ${JSON.stringify(sticks)}`);
+    await gamepad([0, 0, 0, 1]);
+    await sleep(1000);
+    await gamepad([0, 0, 0, 0]);
+    await sleep(500);
+    expect((await readout()).inserted < sticks.inserted - 5, `gamepad: expected a wire pulled from ${sticks.inserted} mm`);
+    console.log(`page: inserted ${before.inserted} mm, by thumbs ${thumbs.inserted} mm, by sticks ${sticks.inserted} mm`);
+}
+
 const parts = [];
 const part = (name, run) => parts.push([name, run]);
 
@@ -645,6 +696,7 @@ const part = (name, run) => parts.push([name, run]);
             await page.go(server.url + 'index.html');
             for (const exercise of ['renal', 'arch', 'coronary']) await images(page, exercise, rasteriser);
         }));
+    part('thumbs and gamepad', () => with_page({ width: 390, height: 844 }, thumbs_and_gamepad));
     part('memory', () => with_page({}, memory_of_all));
 
     for (const [width, height, name] of [[360, 740, 'phone'], [740, 360, 'phone-wide'], [1280, 800, 'laptop'], [3840, 2160, '4k']]) {

@@ -45,10 +45,11 @@ export class Hands {
         this.onHold?.();
     }
 
+    /** What is pressed before the hands are free, as while the room opens, counts from then on. */
     hold(action, is = true) {
-        if (is && this.free()) {
+        if (is) {
             this.buttons.add(action);
-            this.tapped.add(action);
+            if (this.free()) this.tapped.add(action);
             this.used.add(action);
         } else {
             this.buttons.delete(action);
