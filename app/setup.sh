@@ -19,6 +19,7 @@ run="
 "
 python="pybind11-dev python3-dev python3-numpy"
 browser="chromium"
+other_browser="firefox-esr python3-websockets"
 tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev $browser dcmtk dicom3tools gnuplot-nox dpkg-dev lintian openssl
     python3-pytest python3-cloudpickle python3-jsonschema patchelf mypy slurmctld slurmd slurm-client zsh fish
@@ -40,7 +41,7 @@ for part in "$@"; do
     python) packages="$packages $run $python" ;;
     test) packages="$packages $run $python $tests" ;;
     web) packages="$packages $run $web" ;;
-    browser) packages="$packages $browser" ;;
+    browser) packages="$packages $browser $other_browser" ;;
     develop) packages="$packages $run $python $tests $tools" ;;
     *) fail "expected run, python, test, web, browser or develop, found '$part'" ;;
     esac

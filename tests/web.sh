@@ -1,6 +1,6 @@
 #!/bin/sh
 # tests/web.sh: plays the solutions that ship by the program, and replays the recordings in the page's engine, under node:
-# each state must have the same bits. Then the page itself in chromium (tests/web/page_test.js); pictures of it are in
+# each state must have the same bits. Then the page itself in chromium (tests/web/page_test.js) and in Firefox; pictures of it are in
 # build/web-pictures. Not part of tests/run.sh: it builds the engine once more, with Emscripten.
 set -eu
 cd "$(dirname "$0")/.."
@@ -20,3 +20,4 @@ done
 node --no-experimental-fetch tests/web/replay.js build/web-engine/seldinger.js assets "$work/cache" "$work/runs"
 node --no-experimental-fetch tests/web/attack.js build/web-engine/seldinger.js assets
 node tests/web/page_test.js build/web build/release/bin/seldinger build/web-pictures
+/usr/bin/python3 tests/web/firefox.py build/web build/release/bin/seldinger build/web-pictures
