@@ -327,7 +327,7 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     bar(canvas, area, y + 18.0f, fraction, level_ink(fraction));
 }
 
-constexpr float pressure_text_height = 42.0f, pressure_height = 130.0f;  // without curves, with them
+constexpr float pressure_text_height = 26.0f, pressure_height = 130.0f;  // without curves, with them
 
 /// The values over the width, between two levels; a gap where one is not finite.
 void curve(Canvas& canvas, const Box& area, const std::vector<double>& values, double low, double high,
@@ -351,12 +351,13 @@ void curve(Canvas& canvas, const Box& area, const std::vector<double>& values, d
     stroke();
 }
 
-/// Numbers, and where there is room for them the curves of the last 4 s.
+/// A line of numbers, and where there is room for them the pressure now and the curves of the last 4 s.
 void draw_pressure(Canvas& canvas, const Box& area, const Readout& r) {
-    const float y = heading(canvas, area, "PRESSURE", pressure_text(r) + " mmHg");
-    row(canvas, area, y, capitals(r.pressure_of.substr(0, 1)) + r.pressure_of.substr(1),
-        figure_text(r.pressure, 0) + " mmHg, heart " + figure_text(r.heart_rate, 0) + "/min");
+    const float y = heading(canvas, area, "PRESSURE",
+                            pressure_text(r) + " mmHg, " + figure_text(r.heart_rate, 0) + "/min");
     if (area.bottom - area.top < pressure_height - 8.0f) return;
+    row(canvas, area, y, capitals(r.pressure_of.substr(0, 1)) + r.pressure_of.substr(1),
+        figure_text(r.pressure, 0) + " mmHg");
     const Box well{area.left, y + 20.0f, area.right, y + 104.0f};
     canvas.box(well, palette::well, 2.0f);
     canvas.frame(well, palette::rule, 2.0f);
