@@ -74,7 +74,7 @@ Json readout_of(const render::Readout& r) {
         table =
             fmt::format("{} / {} / {} cm", render::centimetre_text(r.table->longitudinal),
                         render::centimetre_text(r.table->lateral), render::centimetre_text(r.table->height));
-    return {
+    Json made = {
         {"mode", r.mode},
         {"beamOn", r.beam_on},
         {"messages", messages},
@@ -120,6 +120,13 @@ Json readout_of(const render::Readout& r) {
         {"mmPerImage",
          r.field_of_view && r.sod && r.sid ? number(*r.field_of_view * *r.sod / *r.sid) : Json()},
         {"marks", marks_of(r)}};
+    if (!r.pressure_of.empty())
+        made["groups"].push_back(
+            {{"title", "Pressure"},
+             {"rows", rows({{"Of the " + r.pressure_of, render::pressure_text(r) + " mmHg"},
+                            {"Now", with_unit(r.pressure, 0, "mmHg")},
+                            {"Heart", with_unit(r.heart_rate, 0, "/min")}})}});
+    return made;
 }
 
 Json guide_of(const room::Guide& guide, const room::KeyMap& keys) {

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "engine/anatomy/organs.h"
+#include "engine/blood/pressure.h"
 #include "engine/io/error.h"
 #include "physics/geometry/maths.h"
 #include "physics/geometry/polyline.h"
@@ -254,6 +255,12 @@ std::vector<std::string> problems(const FlowSpec& spec) {
     require(spec.pulsatility >= 0 && spec.pulsatility <= 1, "the pulsatility must lie within 0 and 1");
     require(spec.dispersion >= 0 && spec.dispersion <= 100, "the dispersion must lie within 0 and 100");
     require(spec.limit >= 0 && std::isfinite(spec.limit), "the limit of contrast must be 0 ml or more");
+    require(spec.systolic >= 50 && spec.systolic <= 300,
+            "the systolic pressure must lie within 50 and 300 mmHg");
+    require(spec.diastolic >= 20 && spec.diastolic <= 200,
+            "the diastolic pressure must lie within 20 and 200 mmHg");
+    require(spec.systolic >= spec.diastolic + 5,
+            "the systolic pressure must be higher than the diastolic one by 5 mmHg or more");
     return found;
 }
 
@@ -360,15 +367,16 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         if (outlet.into < 0) outlet.arterial = arterial_time(outlet.radius, outlet.flow);
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
+    flow.mean_pressure = mean_pressure(spec);
+    flow.lesions = lesions_of(flow.cells);
     return flow;
 }
 
 namespace {
 
 /// Part of a flow Q₀ [ml/s] that is left of it where an obstruction resists besides the bed, which takes all
-/// of the arteries' mean pressure at rest.
-double left_by(const Obstruction& in_the_way, double flow) {
-    constexpr double pressure = 93 * 133.322;  // 120/80 mmHg [Pa]
+/// of the arteries' mean pressure [Pa] at rest.
+double left_by(const Obstruction& in_the_way, double flow, double pressure) {
     if (!(flow > 1e-9)) return in_the_way.passes;
     const double linear = pressure / flow + in_the_way.laminar, square = in_the_way.turbulent;
     // P = linear Q + square Q², without cancellation.
@@ -415,6 +423,7 @@ void renew_flows(BloodFlow& flow) {
 
 BloodFlow BloodFlow::obstructed(std::span<const Obstruction> all) const {
     BloodFlow flow = *this;
+    flow.pressure_left.assign(cells.size(), 1.0);
     for (const Obstruction& in_the_way : all) {
         const bool plug = in_the_way.passes == 0;
         const int first = nearest_in(flow, in_the_way.branch, plug ? in_the_way.from : in_the_way.middle);
@@ -428,7 +437,10 @@ BloodFlow BloodFlow::obstructed(std::span<const Obstruction> all) const {
             continue;
         }
         for (const Outlet& outlet : outlets) through += beyond[outlet.cell] ? outlet.flow : 0;
-        const double left = left_by(in_the_way, through);
+        const double left = left_by(in_the_way, through, mean_pressure * pascal_per_mmhg);
+        // What drives the rest of the flow through the bed, which resists as before.
+        for (std::size_t i = 0; i < cells.size() && through > 1e-9; ++i)
+            if (beyond[i]) flow.pressure_left[i] *= left;
         for (Outlet& outlet : flow.outlets)
             if (beyond[outlet.cell]) outlet.fraction *= left;
     }

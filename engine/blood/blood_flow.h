@@ -39,7 +39,21 @@ struct FlowSpec {
     // Reynolds numbers of arteries (Taylor 1954: 10.1 r u*, with a friction velocity u* of 0.07 of the mean);
     // a jet from a catheter mixes at least as well (estimate).
     double dispersion = 0.7;
-    double limit = 300.0;  // of contrast in one procedure [ml]; see contrast_limit
+    double limit = 300.0;                       // of contrast in one procedure [ml]; see contrast_limit
+    double systolic = 120.0, diastolic = 80.0;  // pressure in the aorta: a healthy adult's (texts) [mmHg]
+};
+
+/// Mean of the aorta's pressure over a beat: 0.325 of the way from diastole to systole, near the third that
+/// texts state: 93 mmHg of 120/80 [mmHg].
+double mean_pressure(const FlowSpec&);
+
+/// A stenosis of the vessels as they are: its cells along the flow, what each resists beyond the vessel as it
+/// would be without it, and the jet behind the throat; see Obstruction.
+struct Lesion {
+    std::vector<int> cells;
+    std::vector<double> laminar;  // of each [Pa s/ml]
+    double turbulent = 0;         // [Pa s²/ml²]
+    std::size_t throat = 0;       // of `cells`
 };
 
 /// Everything wrong with a spec taken by itself; empty when it is usable.
@@ -100,7 +114,11 @@ struct BloodFlow {
     std::vector<Source> sources;  // one per tree: trees that are not connected have one each
     /// Of each cell, index into sources; beyond a plug, which no blood comes by, from sources.size() on.
     std::vector<int> tree;
-    int cut_off = 0;  // trees beyond plugs
+    int cut_off = 0;              // trees beyond plugs
+    double mean_pressure = 93;    // at the sources [mmHg]
+    std::vector<Lesion> lesions;  // upstream first; they take of the pressure, and nothing of the flow
+    /// Of each cell, the part of the mean pressure that obstructions leave; empty = all [-].
+    std::vector<double> pressure_left;
 
     /// The cell one vessel radius downstream of the start of a branch.
     int entry_of(int branch) const;

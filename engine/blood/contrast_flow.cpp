@@ -36,9 +36,10 @@ double contrast_limit(double weight, double creatinine) {
     return std::min(300.0, 5.0 * weight / creatinine);
 }
 
-double leak_rate(double diameter) {
+double leak_rate(double diameter, double mean_pressure) {
     constexpr double discharge = 0.6, open = 0.25;                       // [-]
-    constexpr double pressure = 93 * 133.322, density = 1060;            // [Pa], [kg/m³]
+    constexpr double density = 1060;                                     // [kg/m³]
+    const double pressure = mean_pressure * 133.322;                     // [Pa]
     const double area = std::numbers::pi / 4 * diameter * diameter;      // [mm²]
     return discharge * open * area * std::sqrt(2 * pressure / density);  // mm² m/s = ml/s
 }
@@ -303,11 +304,13 @@ void ContrastFlow::leak(double pulse, double dt) {
         const int tree = blood_.tree[static_cast<std::size_t>(hole.cell)];
         double all = 0;
         for (const Hole& other : holes_)
-            if (blood_.tree[static_cast<std::size_t>(other.cell)] == tree) all += leak_rate(other.diameter);
+            if (blood_.tree[static_cast<std::size_t>(other.cell)] == tree)
+                all += leak_rate(other.diameter, blood_.mean_pressure);
         const auto source = static_cast<std::size_t>(tree);
         const double inflow =
             source < blood_.sources.size() ? pulse * blood_.sources[source].inflow : 0.0;  // beyond a plug
-        const double rate = leak_rate(hole.diameter) * std::min(1.0, most * inflow / all);
+        const double rate =
+            leak_rate(hole.diameter, blood_.mean_pressure) * std::min(1.0, most * inflow / all);
         added_[hole.cell] -= rate;
         hole.blood += rate * dt;
         leaking_.push_back(rate);

@@ -67,10 +67,10 @@ struct Hole {
 };
 
 /// Blood through a hole that a round end of this diameter [mm] has made, by the law of an orifice:
-/// Q = C a A √(2 p / ρ), with C = 0.6 of a sharp edge, a mean arterial pressure p of 93 mmHg (120/80) against
-/// none in the tissue, and ρ = 1060 kg/m³. A is the end's section; the elastic wall closes behind it to a
+/// Q = C a A √(2 p / ρ), with C = 0.6 of a sharp edge, the mean arterial pressure p [mmHg] against none in
+/// the tissue, and ρ = 1060 kg/m³. A is the end's section; the elastic wall closes behind it to a
 /// quarter of that, a = 0.25 (estimate) [ml/s].
-double leak_rate(double diameter);
+double leak_rate(double diameter, double mean_pressure = 93);
 
 /// Finite volumes on the cells of a BloodFlow. Blood with contrast moves by a second-order upwind scheme with
 /// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above the

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "engine/anatomy/organs.h"
+#include "engine/blood/pressure.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
 
@@ -307,7 +308,6 @@ std::vector<physics::Narrowing> Complications::narrowings() const {
 /// Of the flow through a circular lumen: Poiseuille's law along it, and what the jet behind its narrowest
 /// place loses, 1.52 ρ/2 (A₀/A₁ − 1)² v² (Young and Tsai 1973).
 std::vector<blood::Obstruction> Complications::obstructions() const {
-    constexpr double viscosity = 3.5e-3, density = 1060, jet = 1.52;  // [Pa s], [kg/m³], [-]
     std::vector<blood::Obstruction> made;
     for (std::size_t n = 0; n < all_.size(); ++n) {
         const Complication& c = all_[n];
@@ -326,12 +326,8 @@ std::vector<blood::Obstruction> Complications::obstructions() const {
             const double lumen = place.lumen[k],
                          left = std::min(lumen,
                                          place.open[k] + c.closed[k] * (left_of(c) * lumen - place.open[k]));
-            const auto fourth = [](double r) { return r * r * r * r; };
-            in_the_way.laminar +=
-                spacing * 8 * viscosity * 1000 / std::numbers::pi * (1 / fourth(left) - 1 / fourth(lumen));
-            const double area = std::numbers::pi * lumen * lumen, more = lumen * lumen / (left * left) - 1;
-            in_the_way.turbulent =
-                std::max(in_the_way.turbulent, jet * density / 2 * more * more / (area * area));
+            in_the_way.laminar += blood::laminar_loss(spacing, left, lumen);
+            in_the_way.turbulent = std::max(in_the_way.turbulent, blood::expansion_loss(left, lumen));
         }
     }
     return made;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 
 #include "engine/io/error.h"
@@ -210,6 +211,15 @@ double largest_flow(const physics::DeviceSpec& catheter, double wire_diameter, d
 double flush_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
     constexpr double opened = 1;  // by the roller clamp [ml/s]
     return std::min(opened, flow_of(saline, bag_pressure, catheter, wire_diameter, wire_inside));
+}
+
+double bore_resistance(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {
+    constexpr double m = 1e-3, cubic_m = 1e-6;  // [m/mm], [m³/ml]
+    const double bore = 0.5 * m * catheter.inner_diameter, wire = 0.5 * m * wire_diameter;
+    const double filled = std::clamp(wire_inside, 0.0, catheter.length);
+    if (bore <= 0 || (filled > 0 && wire >= bore)) return std::numeric_limits<double>::infinity();
+    return cubic_m * (stretch(saline, m * filled, bore, wire).laminar +
+                      stretch(saline, m * (catheter.length - filled), bore, 0).laminar);
 }
 
 double bore_volume(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside) {

@@ -47,6 +47,9 @@ double largest_flow(const physics::DeviceSpec& catheter, double wire_diameter, d
 /// Saline that a pressure bag of 300 mmHg drives through it against the artery, at most 1 ml/s (estimate), as
 /// a helper opens the clamp [ml/s].
 double flush_flow(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
+/// What its bore resists a slow flow of saline with, with that wire in it: 8ηL/πr⁴ of the open part, and of
+/// an annulus around the wire in its middle; infinity where the wire fills the lumen [Pa·s/ml].
+double bore_resistance(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
 /// What its bore holds besides the wire [ml].
 double bore_volume(const physics::DeviceSpec& catheter, double wire_diameter, double wire_inside);
 

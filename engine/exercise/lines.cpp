@@ -14,7 +14,7 @@ namespace {
 using geometry::Polyline;
 using geometry::Vec3;
 
-constexpr double spacing = 3;  // of joints [mm]
+constexpr double joints_apart = 3;  // of joints [mm]
 
 render::WireLook look_of(const physics::DeviceSpec& spec, double marker) {
     render::WireLook look;
@@ -33,14 +33,14 @@ Polyline led_out(const Vec3& end, const Vec3& outward, const Vec3& then, double 
                  double length) {
     Polyline joints{end};
     Vec3 along = outward;
-    for (double gone = 0; gone < length; gone += spacing) {
+    for (double gone = 0; gone < length; gone += joints_apart) {
         if (gone >= straight) {
             const Vec3 axis = along.cross(then);
             const double left = geometry::atan2(axis.norm(), along.dot(then));
             if (left > 1e-6)
-                along = geometry::rotation(std::min(left, spacing / radius), axis.normalized()) * along;
+                along = geometry::rotation(std::min(left, joints_apart / radius), axis.normalized()) * along;
         }
-        joints.push_back(joints.back() + spacing * along);
+        joints.push_back(joints.back() + joints_apart * along);
     }
     std::ranges::reverse(joints);
     return joints;
@@ -48,7 +48,7 @@ Polyline led_out(const Vec3& end, const Vec3& outward, const Vec3& then, double 
 
 /// Moves each point to the mean of those within `reach` of it, as far as both sides have as many.
 Polyline smoothed(const Polyline& points, double reach) {
-    const int count = static_cast<int>(points.size()), most = static_cast<int>(reach / spacing);
+    const int count = static_cast<int>(points.size()), most = static_cast<int>(reach / joints_apart);
     Polyline result = points;
     for (int i = 0; i < count; ++i) {
         const int side = std::min({most, i, count - 1 - i});
@@ -61,7 +61,7 @@ Polyline smoothed(const Polyline& points, double reach) {
 
 Polyline evenly(const Polyline& points) {
     Polyline even{points.front()};
-    double left = spacing;
+    double left = joints_apart;
     for (std::size_t i = 1; i < points.size(); ++i) {
         Vec3 from = points[i - 1];
         double length = (points[i] - from).norm();
@@ -69,7 +69,7 @@ Polyline evenly(const Polyline& points) {
             from += left / length * (points[i] - from);
             even.push_back(from);
             length = (points[i] - from).norm();
-            left = spacing;
+            left = joints_apart;
         }
         left -= length;
     }
@@ -140,7 +140,7 @@ StillTube flush_catheter_to(const anatomy::Anatomy& anatomy, const blood::FlowCe
     const auto nearest = std::ranges::min_element(
         way, {}, [&](const Vec3& point) { return (point - cell.centre).squaredNorm(); });
     way.erase(nearest + 1, way.end());
-    if ((way.back() - cell.centre).norm() > spacing) way.push_back(cell.centre);
+    if ((way.back() - cell.centre).norm() > joints_apart) way.push_back(cell.centre);
     way.insert(way.begin(), opening.centre + outside * opening.outward_normal);
     tube.joints = smoothed(smoothed(evenly(way), cuts), cuts);
     if (cell.radius > wide) add_pigtail(tube.joints);

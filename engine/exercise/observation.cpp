@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/tip_pressure.h"
 #include "engine/io/csv.h"
 #include "physics/wire/energy.h"
 
@@ -85,10 +86,30 @@ constexpr Field table[] = {
     {"completed", "", "", "the tip has stayed in the target for the scenario's hold", &R::completed},
     {"on_target", "", "", "the tip is within the target's radius", &R::on_target},
     {"time_is_up", "", "", "the scenario's limit of time or beam is reached", &R::time_is_up},
+    {"pressure_mmHg", "pressure_mmHg", "mmHg",
+     "pressure now at the tip of the innermost catheter inside, as its bore passes it on; nan, null or empty "
+     "without one, where its lumen is filled and while it is injected through",
+     &R::pressure},
+    {"systolic_mmHg", "systolic_mmHg", "mmHg", "the highest of that pressure in a beat", &R::systolic},
+    {"diastolic_mmHg", "diastolic_mmHg", "mmHg", "the lowest of that pressure in a beat", &R::diastolic},
+    {"mean_pressure_mmHg", "mean_pressure_mmHg", "mmHg", "mean of that pressure over a beat",
+     &R::mean_pressure},
+    {"ecg_mV", "ecg_mV", "mV", "electrocardiogram, as lead II has it", &R::ecg},
 };
 
 Place place_of(const Vec3& v) {
     return {v.x(), v.y(), v.z()};
+}
+
+void read_pressure(const Simulation& simulation, Observation& r) {
+    r.ecg = ecg_at(simulation, simulation.time());
+    const auto role = pressure_device(simulation);
+    const auto at = role ? pressure_at_tip(simulation, *role) : std::nullopt;
+    if (!at) return;
+    r.pressure = at->now;
+    r.systolic = at->systolic;
+    r.diastolic = at->diastolic;
+    r.mean_pressure = at->mean;
 }
 
 /// Contacts of the joints that the device bears: those that it is outermost at.
@@ -194,6 +215,7 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
         r.leaked_blood += hole.blood;
         r.leaked_iodine += hole.iodine;
     }
+    read_pressure(simulation, r);
     r.friction_loss = simulation.wire().friction_loss + simulation.wire().rub_loss;
     r.target = place_of(simulation.place_now(simulation.target()));
     r.target_radius = simulation.scenario().target.radius;

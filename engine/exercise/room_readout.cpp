@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "engine/exercise/handling.h"
 #include "engine/exercise/imaging.h"
+#include "engine/exercise/tip_pressure.h"
 #include "physics/wire/energy.h"
 
 namespace exercise {
@@ -28,7 +30,9 @@ std::string what_shows(const geometry::Vec3& table, const geometry::Vec3& tip) {
     return fmt::format("[c_arm] isocentre_mm = [{:.0f}, {:.0f}, {:.0f}]", tip.x(), tip.y(), tip.z());
 }
 
-constexpr double history = 10.0;      // of forces [s]
+constexpr double history = 10.0;       // of forces [s]
+constexpr double curve_history = 4.0;  // of pressure and electrocardiogram [s]
+constexpr int pressures_a_frame = 4;
 constexpr double message_time = 4.0;  // for which a message stays [s]
 constexpr std::size_t most_messages = 6;
 constexpr double table_height = 900.0;  // of its top above the floor, at the start [mm]
@@ -226,6 +230,15 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     wall_forces_.push_back(physics::largest_force(simulation.contacts()));
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
+    const auto role = pressure_device(simulation);
+    const auto beat = role ? beat_at_tip(simulation, *role) : std::nullopt;
+    for (int k = 1; k <= pressures_a_frame; ++k)
+        pressures_.push_back(
+            beat ? beat->pressure(heart_phase_at(
+                       simulation, simulation.time() + (k - pressures_a_frame) / (pressures_a_frame * rate)))
+                 : std::numeric_limits<double>::quiet_NaN());
+    while (pressures_.size() > curve_history * rate * pressures_a_frame) pressures_.pop_front();
+
     const bool hard = wall_forces_.back() >= render::Readout().force_limit;
     if (hard && !pressed_hard_) say("The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
@@ -321,6 +334,21 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     if (!wall_forces_.empty()) r.largest_wall_force = wall_forces_.back();
     r.force_history.assign(wall_forces_.begin(), wall_forces_.end());
     r.history_length = history;
+    r.heart_rate = scenario.blood.heart_rate;
+    r.pressure_history.assign(pressures_.begin(), pressures_.end());
+    constexpr int samples = 400;
+    for (int k = 1; k <= samples; ++k)
+        r.ecg_history.push_back(
+            ecg_at(simulation, simulation.time() + curve_history * (k - samples) / samples));
+    if (const auto role = pressure_device(simulation)) {
+        r.pressure_of = script::name_of(*role);
+        if (const auto at = pressure_at_tip(simulation, *role)) {
+            r.pressure = at->now;
+            r.systolic = at->systolic;
+            r.diastolic = at->diastolic;
+            r.mean_pressure = at->mean;
+        }
+    }
     r.contrast = simulation.contrast().injected();
     r.contrast_limit = scenario.blood.limit;
     r.injection_rate = simulation.contrast().injection_rate();

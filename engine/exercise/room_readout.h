@@ -63,7 +63,7 @@ public:
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
         s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_,
-          was_past_end_, notified_, errors_);
+          was_past_end_, notified_, errors_, pressures_);
     }
 
 private:
@@ -78,6 +78,7 @@ private:
     int frame_ = -1;  // of the attempt, last observed
     std::deque<TimedMessage> messages_;
     std::deque<double> wall_forces_;  // largest of each frame [N]
+    std::deque<double> pressures_;    // a few of each frame, NaN where none was read [mmHg]
     double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame

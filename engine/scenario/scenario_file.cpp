@@ -428,6 +428,8 @@ void read_contrast(io::Section contrast, Scenario& s) {
     contrast.number("limit_ml", s.blood.limit, {0, 1000});
     contrast.word("blood_from", s.blood.source);
     contrast.number("inflow_ml_per_s", s.blood.inflow, {0.01, 500});
+    contrast.number("systolic_mmHg", s.blood.systolic, {50, 300});
+    contrast.number("diastolic_mmHg", s.blood.diastolic, {20, 200});
     contrast.finish();
 }
 

@@ -83,6 +83,12 @@ std::string mask_shift_text(double x, double y) {
            figure_text(std::abs(y), 1) + (y < 0.0 ? " up" : " down") + " px";
 }
 
+std::string pressure_text(const Readout& r) {
+    if (!is_known(r.systolic) || !is_known(r.diastolic) || !is_known(r.mean_pressure)) return dash;
+    return figure_text(r.systolic, 0) + "/" + figure_text(r.diastolic, 0) + " (" +
+           figure_text(r.mean_pressure, 0) + ")";
+}
+
 std::string clock_text(std::optional<double> time) {
     if (!time || !(*time >= 0.0 && *time < 1e6)) return dash;
     const auto seconds = static_cast<long>(*time);

@@ -89,6 +89,14 @@ struct Readout {
     std::vector<double> force_history;         // largest wall force of the last seconds, oldest first [N]
     double history_length = 10.0;              // time span of the history [s]
 
+    // Heart, and blood pressure by a transducer at the hub of a device
+    std::optional<double> heart_rate;                                    // [1/min]
+    std::string pressure_of;                                             // the device; empty = none
+    std::optional<double> pressure, systolic, diastolic, mean_pressure;  // now, of a beat [mmHg]
+
+    /// Of the last 4 s, oldest first, equally far apart in time; pressure is NaN where none was read.
+    std::vector<double> pressure_history, ecg_history;  // [mmHg], [mV]
+
     // Contrast
     std::optional<double> contrast;        // given so far [ml]
     std::optional<double> contrast_limit;  // for the patient [ml]
@@ -115,6 +123,8 @@ std::string primary_angle_text(double lao);                 // [rad] to "LAO 30�
 std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
 /// "mask 1.3 right 0.4 down px", "" where both would be 0.0.
 std::string mask_shift_text(double x, double y);
+/// "118/79 (92)" of a beat, "--" when not known.
+std::string pressure_text(const Readout&);
 std::string clock_text(std::optional<double> time);  // [s] to "4:18" or "1:02:07", "--" when missing
 
 /// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where

@@ -327,6 +327,54 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     bar(canvas, area, y + 18.0f, fraction, level_ink(fraction));
 }
 
+constexpr float pressure_text_height = 26.0f, pressure_height = 130.0f;  // without curves, with them
+
+/// The values over the width, between two levels; a gap where one is not finite.
+void curve(Canvas& canvas, const Box& area, const std::vector<double>& values, double low, double high,
+           Ink ink) {
+    std::vector<Point> run;
+    const auto stroke = [&] {
+        if (run.size() > 1) canvas.path(run, ink, 1.5f);
+        run.clear();
+    };
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        if (!std::isfinite(values[k])) {
+            stroke();
+            continue;
+        }
+        const float x =
+            static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
+        const auto y = static_cast<float>(std::clamp((values[k] - low) / (high - low), 0.0, 1.0));
+        run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
+                       area.bottom - 2.0f - y * (area.bottom - area.top - 4.0f)});
+    }
+    stroke();
+}
+
+/// A line of numbers, and where there is room for them the pressure now and the curves of the last 4 s.
+void draw_pressure(Canvas& canvas, const Box& area, const Readout& r) {
+    const float y = heading(canvas, area, "PRESSURE",
+                            pressure_text(r) + " mmHg, " + figure_text(r.heart_rate, 0) + "/min");
+    if (area.bottom - area.top < pressure_height - 8.0f) return;
+    row(canvas, area, y, capitals(r.pressure_of.substr(0, 1)) + r.pressure_of.substr(1),
+        figure_text(r.pressure, 0) + " mmHg");
+    const Box well{area.left, y + 20.0f, area.right, y + 104.0f};
+    canvas.box(well, palette::well, 2.0f);
+    canvas.frame(well, palette::rule, 2.0f);
+    canvas.clip(well);
+    double highest = 150;
+    for (const double pressure : r.pressure_history)
+        if (std::isfinite(pressure)) highest = std::max(highest, pressure);
+    curve(canvas, {well.left, well.top, well.right, well.top + 30.0f}, r.ecg_history, -0.4, 1.1,
+          palette::good);
+    curve(canvas, {well.left, well.top + 30.0f, well.right, well.bottom}, r.pressure_history, 0, highest,
+          palette::alarm);
+    canvas.text({well.right - 4.0f, well.bottom - 14.0f},
+                "last 4 s, 0 to " + figure_text(highest, 0) + " mmHg", Face::Small, palette::faint,
+                Align::Right);
+    canvas.unclip();
+}
+
 /// Breaks the text at spaces into lines of at most `room`; a longer word has a line of its own.
 std::vector<std::string> wrapped(const Canvas& canvas, std::string_view text, Face face, float room) {
     std::vector<std::string> lines;
@@ -382,15 +430,23 @@ struct Section {
     void (*draw)(Canvas&, const Box&, const Readout&);
     float height;  // the last takes the remainder
 };
-constexpr Section sections[] = {{draw_gantry, 190.0f},  {draw_technique, 76.0f}, {draw_dose, 108.0f},
-                                {draw_devices, 231.0f}, {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
+constexpr Section sections[] = {{draw_gantry, 190.0f},  {draw_technique, 76.0f},
+                                {draw_dose, 108.0f},    {draw_devices, 231.0f},
+                                {draw_contrast, 52.0f}, {draw_pressure, pressure_text_height},
+                                {draw_messages, 0.0f}};
 
 }  // namespace
 
 void draw_readouts(Canvas& canvas, const Box& area, const Readout& readout) {
     float top = area.top;
     for (const Section& section : sections) {
-        const float bottom = section.height > 0.0f ? top + section.height : area.bottom;
+        float height = section.height;
+        if (section.draw == draw_pressure) {
+            if (readout.pressure_of.empty()) continue;
+            constexpr float for_messages = 100.0f;
+            if (top + pressure_height + for_messages <= area.bottom) height = pressure_height;
+        }
+        const float bottom = height > 0.0f ? top + height : area.bottom;
         canvas.clip({area.left, top, area.right, bottom});
         section.draw(canvas, {area.left + margin, top, area.right - margin, bottom - 4.0f}, readout);
         canvas.unclip();

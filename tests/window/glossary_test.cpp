@@ -31,18 +31,19 @@ TEST(Glossary, EveryLabelOfTheReadoutsHasAMeaning) {
     render::Readout readout;
     readout.tip_to_target = 5;
     readout.devices.push_back({"wire", {}, {}, {}, {}, {}});
+    readout.pressure_of = "catheter";
     std::set<std::string> labels;
     for (const std::string device : {"wire", "catheter", "microcatheter"}) {
         readout.devices[0].name = device;
         render::Canvas sheet(
-            render::readout_column_width, 700, 1.0f, render::font_folder(),
+            render::readout_column_width, 900, 1.0f, render::font_folder(),
             [&](const render::Canvas&, std::string_view line, render::Face, render::Ink ink, render::Point) {
                 const render::Ink label = render::palette::label;
                 if (ink.red == label.red && ink.green == label.green && ink.blue == label.blue &&
                     !line.empty())
                     labels.emplace(line);
             });
-        sheet.draw([&] { render::draw_readouts(sheet, {0, 0, render::readout_column_width, 700}, readout); });
+        sheet.draw([&] { render::draw_readouts(sheet, {0, 0, render::readout_column_width, 900}, readout); });
     }
     EXPECT_GT(labels.size(), 25u);
     for (const std::string& label : labels)

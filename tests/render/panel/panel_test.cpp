@@ -18,8 +18,10 @@
 #include <utility>
 #include <vector>
 
+#include "render/panel/canvas.h"
 #include "render/panel/contact_sheet.h"
 #include "render/panel/palette.h"
+#include "render/panel/readout_column.h"
 #include "render/patient/solids.h"
 #include "render/xray/fluoroscope.h"
 #include "tests/engine/fixtures.h"
@@ -235,6 +237,34 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
         }
         places.push_back(place);
     }
+}
+
+TEST_F(PanelTest, PressureStandsBetweenContrastAndMessagesOfADeviceThatHasIt) {
+    Readout r = sample();
+    const ColourImage none = draw(r);
+    r.heart_rate = 70;
+    r.pressure_history = {80, 120, not_a_number, 90};
+    EXPECT_EQ(draw(r), none) << "without a device";
+    r.pressure_of = "catheter";
+    const ColourImage dashes = draw(r);
+    r.pressure = 101;
+    r.systolic = 120;
+    r.diastolic = 80;
+    r.mean_pressure = 93;
+    const Changed section = changed(none, dashes), numbers = changed(dashes, draw(r));
+    ASSERT_FALSE(section.empty() || numbers.empty());
+    EXPECT_GE(section.left, 1024 + 8);
+    EXPECT_GE(numbers.top, section.top - 2);  // digits are higher than dashes
+    EXPECT_LT(numbers.bottom, section.bottom);
+    EXPECT_LT(numbers.bottom - numbers.top, 45);
+    // A column without the reference image has room for the curves.
+    render::Canvas tall(256, 1000, 1.0f, render::font_folder());
+    const auto column = [&] { return tall.draw([&] { render::draw_readouts(tall, {0, 0, 256, 1000}, r); }); };
+    const ColourImage with_gap = column();
+    r.pressure_history[2] = 85;
+    const Changed gap = changed(with_gap, column());
+    EXPECT_GT(gap.right - gap.left, 100);  // over two thirds of the 4 s
+    EXPECT_GT(gap.bottom - gap.top, 5);
 }
 
 TEST_F(PanelTest, ShowsWhetherTheBeamIsOn) {

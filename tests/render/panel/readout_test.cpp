@@ -46,6 +46,17 @@ TEST(Readout, ClocksCountMinutesAndHours) {
     }
 }
 
+TEST(Readout, PressureIsSystolicDiastolicAndMeanOrADash) {
+    render::Readout r;
+    r.systolic = 118.4;
+    r.diastolic = 79;
+    EXPECT_EQ(render::pressure_text(r), "--");
+    r.mean_pressure = 92.6;
+    EXPECT_EQ(render::pressure_text(r), "118/79 (93)");
+    r.diastolic = nan;
+    EXPECT_EQ(render::pressure_text(r), "--");
+}
+
 TEST(Readout, SidesOfTheImageFollowTheView) {
     const auto frontal = render::image_sides(0.0, 0.0);
     EXPECT_EQ(frontal.left, "R");
