@@ -87,7 +87,8 @@ constexpr Field table[] = {
     {"on_target", "", "", "the tip is within the target's radius", &R::on_target},
     {"time_is_up", "", "", "the scenario's limit of time or beam is reached", &R::time_is_up},
     {"pressure_mmHg", "pressure_mmHg", "mmHg",
-     "pressure now at the tip of the innermost catheter inside, as its bore passes it on; nan, null or empty "
+     "pressure now at the tip of the innermost catheter inside, as its bore passes it on; 0 (in a trace "
+     "empty) "
      "without one, where its lumen is filled and while it is injected through",
      &R::pressure},
     {"systolic_mmHg", "systolic_mmHg", "mmHg", "the highest of that pressure in a beat", &R::systolic},
@@ -293,6 +294,8 @@ std::string Trace::rows(const Frame& frame, const Score& score) const {
 std::string Trace::row(std::size_t device, const Frame& frame, const Score& score) const {
     Observation reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
     reading.air_kerma = score.air_kerma.value_or(absent);
+    if (reading.mean_pressure == 0)
+        reading.pressure = reading.systolic = reading.diastolic = reading.mean_pressure = absent;
     if (reading.inserted.of[device] <= 0) {
         reading.tip = reading.direction = {absent, absent, absent};
         reading.along = reading.path_to_target = absent;

@@ -59,7 +59,7 @@ struct Observation {
     std::int64_t dissections = 0, perforations = 0;
     bool settling = false;
     double air_kerma = 0, area_product = 0;
-    double pressure = absent, systolic = absent, diastolic = absent, mean_pressure = absent, ecg = 0;
+    double pressure = 0, systolic = 0, diastolic = 0, mean_pressure = 0, ecg = 0;
     Place target = {}, shift = {};
     double target_radius = 0;
     InImage tip_px = {}, target_px = {};

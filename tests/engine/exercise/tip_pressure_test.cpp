@@ -42,7 +42,12 @@ TEST(TipPressure, AWireHasNone) {
     EXPECT_FALSE(pressure_device(exercise.simulation()));
     EXPECT_FALSE(pressure_at_tip(exercise.simulation(), DeviceRole::Wire));
     EXPECT_FALSE(pressure_at_tip(exercise.simulation(), DeviceRole::Catheter));
-    EXPECT_TRUE(std::isnan(Reader(exercise.simulation()).read(exercise).pressure));
+    const Frame frame = exercise.next_frame(Commands{});
+    EXPECT_EQ(Reader(exercise.simulation()).read(exercise).pressure, 0);
+    EXPECT_NE(Trace(exercise.simulation()).rows(frame, exercise.score()).find(",,,,,"), std::string::npos);
+    RoomReadout room;
+    room.observe(frame, exercise.score());
+    EXPECT_EQ(room.read(frame, exercise.score()).pressure_of, "");
 }
 
 TEST(TipPressure, AnOpenCatheterShowsTheAortasBeat) {
