@@ -70,7 +70,7 @@ struct Hole {
 /// Q = C a A √(2 p / ρ), with C = 0.6 of a sharp edge, the mean arterial pressure p [mmHg] against none in
 /// the tissue, and ρ = 1060 kg/m³. A is the end's section; the elastic wall closes behind it to a
 /// quarter of that, a = 0.25 (estimate) [ml/s].
-double leak_rate(double diameter, double mean_pressure = 93);
+double leak_rate(double diameter, double mean_pressure);
 
 /// Finite volumes on the cells of a BloodFlow. Blood with contrast moves by a second-order upwind scheme with
 /// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above the

@@ -21,26 +21,15 @@ namespace {
 
 using geometry::Allowance;
 using geometry::BitModel;
+using geometry::in_steps;
+using geometry::most_steps;
+using geometry::near;
 using geometry::NumberModel;
 using geometry::RangeCoder;
 using Steps = std::array<std::int32_t, 3>;
 
-constexpr std::int32_t farthest = 1 << 20;  // steps from the origin
-
 [[noreturn]] void damaged() {
     throw std::runtime_error("the packed body is damaged");
-}
-
-std::int32_t in_steps(double value, double step) {
-    const double steps = std::floor(value / step + 0.5);
-    if (!(std::abs(steps) <= farthest)) throw std::runtime_error("a body that is too large to be packed");
-    return static_cast<std::int32_t>(steps);
-}
-
-std::int32_t near(RangeCoder& coder, NumberModel& model, std::int32_t expected, std::int32_t value) {
-    const std::int64_t found = std::int64_t{expected} + coder.number(model, value - expected);
-    if (std::abs(found) > farthest) damaged();
-    return static_cast<std::int32_t>(found);
 }
 
 /// Bits of three numbers of 21 bits, those of each in turn.
@@ -48,7 +37,7 @@ std::uint64_t interleaved(const Steps& place) {
     std::uint64_t all = 0;
     for (int bit = 20; bit >= 0; --bit)
         for (const std::int32_t p : place)
-            all = all << 1 | (static_cast<std::uint32_t>(p + farthest) >> bit & 1);
+            all = all << 1 | (static_cast<std::uint32_t>(p + most_steps) >> bit & 1);
     return all;
 }
 Steps apart(std::uint64_t all) {
@@ -56,7 +45,7 @@ Steps apart(std::uint64_t all) {
     for (int bit = 0; bit < 63; ++bit)
         place[static_cast<std::size_t>(2 - bit % 3)] |= static_cast<std::int32_t>(all >> bit & 1)
                                                         << (bit / 3);
-    for (std::int32_t& p : place) p -= farthest;
+    for (std::int32_t& p : place) p -= most_steps;
     return place;
 }
 

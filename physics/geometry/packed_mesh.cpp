@@ -17,15 +17,15 @@ namespace {
 using Steps = std::array<std::int32_t, 3>;
 using Triangle = std::array<int, 3>;
 
-constexpr std::int32_t most_steps = 1 << 20;  // steps from the origin
-
 [[noreturn]] void damaged() {
     throw std::runtime_error("the packed mesh is damaged");
 }
 
+}  // namespace
+
 std::int32_t in_steps(double value, double step) {
     const double steps = std::floor(value / step + 0.5);
-    if (!(std::abs(steps) <= most_steps)) throw std::runtime_error("a mesh that is too large to be packed");
+    if (!(std::abs(steps) <= most_steps)) throw std::runtime_error("too large to be packed");
     return static_cast<std::int32_t>(steps);
 }
 
@@ -34,8 +34,6 @@ std::int32_t near(RangeCoder& coder, NumberModel& model, std::int32_t expected, 
     if (std::abs(found) > most_steps) damaged();
     return static_cast<std::int32_t>(found);
 }
-
-}  // namespace
 
 void Allowance::take(std::size_t count, std::size_t bytes) {
     if (count > left / bytes) throw std::runtime_error("it would be too large");

@@ -9,6 +9,13 @@
 
 namespace geometry {
 
+constexpr std::int32_t most_steps = 1 << 20;  // from the origin
+/// Whole steps nearest to a value. Throws std::runtime_error beyond most_steps, and for no number.
+std::int32_t in_steps(double value, double step);
+/// Packs or reads steps that are often near the expected ones. Throws std::runtime_error beyond
+/// most_steps.
+std::int32_t near(RangeCoder&, NumberModel&, std::int32_t expected, std::int32_t value);
+
 /// How much may still be unpacked, in bytes as it is kept.
 struct Allowance {
     std::size_t left;

@@ -228,18 +228,14 @@ std::vector<double> peaks(const std::vector<double>& history, std::size_t most) 
     return result;
 }
 
-void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
-    canvas.box(area, palette::well, 2.0f);
-    canvas.frame(area, palette::rule, 2.0f);
-    canvas.text({area.right - 4.0f, area.top + 2.0f}, "last " + figure_text(r.history_length, 0) + " s",
-                Face::Small, palette::faint, Align::Right);
+/// The values over the width, between two levels; a gap where one is not finite.
+void curve(Canvas& canvas, const Box& area, const std::vector<double>& values, double low, double high,
+           Ink ink) {
     std::vector<Point> run;
     const auto stroke = [&] {
-        if (run.size() > 1) canvas.path(run, palette::calm, 1.5f);
+        if (run.size() > 1) canvas.path(run, ink, 1.5f);
         run.clear();
     };
-    canvas.clip(area);
-    const auto values = peaks(r.force_history, 230);
     for (std::size_t k = 0; k < values.size(); ++k) {
         if (!std::isfinite(values[k])) {
             stroke();
@@ -247,11 +243,21 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
         }
         const float x =
             static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
-        const float fraction = std::min(fraction_of(values[k], r.force_limit), 1.0f);
+        const float y = std::min(fraction_of(values[k] - low, high - low), 1.0f);
         run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
-                       area.bottom - 3.0f - fraction * (area.bottom - area.top - 6.0f)});
+                       area.bottom - 2.0f - y * (area.bottom - area.top - 4.0f)});
     }
     stroke();
+}
+
+void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
+    canvas.box(area, palette::well, 2.0f);
+    canvas.frame(area, palette::rule, 2.0f);
+    canvas.text({area.right - 4.0f, area.top + 2.0f}, "last " + figure_text(r.history_length, 0) + " s",
+                Face::Small, palette::faint, Align::Right);
+    canvas.clip(area);
+    curve(canvas, {area.left, area.top + 1.0f, area.right, area.bottom - 1.0f}, peaks(r.force_history, 230),
+          0, r.force_limit, palette::calm);
     canvas.unclip();
 }
 
@@ -328,28 +334,6 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
 }
 
 constexpr float pressure_text_height = 26.0f, pressure_height = 130.0f;  // without curves, with them
-
-/// The values over the width, between two levels; a gap where one is not finite.
-void curve(Canvas& canvas, const Box& area, const std::vector<double>& values, double low, double high,
-           Ink ink) {
-    std::vector<Point> run;
-    const auto stroke = [&] {
-        if (run.size() > 1) canvas.path(run, ink, 1.5f);
-        run.clear();
-    };
-    for (std::size_t k = 0; k < values.size(); ++k) {
-        if (!std::isfinite(values[k])) {
-            stroke();
-            continue;
-        }
-        const float x =
-            static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
-        const auto y = static_cast<float>(std::clamp((values[k] - low) / (high - low), 0.0, 1.0));
-        run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
-                       area.bottom - 2.0f - y * (area.bottom - area.top - 4.0f)});
-    }
-    stroke();
-}
 
 /// A line of numbers, and where there is room for them the pressure now and the curves of the last 4 s.
 void draw_pressure(Canvas& canvas, const Box& area, const Readout& r) {

@@ -134,8 +134,8 @@ TEST(BloodFlow, ANarrowPlaceTakesWhatPoiseuilleAndTheJetTake) {
 
 TEST(ContrastFlow, LeaksThroughAHoleWhatFlowsThereAndKeepsTheBalance) {
     // Bernoulli's speed at 93 mmHg, 4.84 m/s, times 0.6 of a sharp edge and a quarter of the section.
-    EXPECT_NEAR(leak_rate(0.889), 0.6 * 0.25 * 0.6207 * 4.837, 0.002);
-    EXPECT_NEAR(leak_rate(2 * 0.889), 4 * leak_rate(0.889), 1e-12);
+    EXPECT_NEAR(leak_rate(0.889, 93), 0.6 * 0.25 * 0.6207 * 4.837, 0.002);
+    EXPECT_NEAR(leak_rate(2 * 0.889, 93), 4 * leak_rate(0.889, 93), 1e-12);
     ContrastFlow flow(straight_vessel(200, 5), steady(20)), whole(straight_vessel(200, 5), steady(20));
     flow.pierce({0, 0, -100}, {1, 0, 0}, 0.889);
     flow.pierce({0.2, 0, -100}, {1, 0, 0}, 0.889);  // the same hole
@@ -147,12 +147,12 @@ TEST(ContrastFlow, LeaksThroughAHoleWhatFlowsThereAndKeepsTheBalance) {
         expect_balanced(flow);
     }
     const Hole& hole = flow.holes()[0];
-    EXPECT_NEAR(hole.blood, 8 * leak_rate(0.889), 1e-9);
+    EXPECT_NEAR(hole.blood, 8 * leak_rate(0.889, 93), 1e-9);
     // Steady since the bolus has come: blood of 60 mg/ml, from about 4 s on.
     const double before = hole.iodine;
     flow.step(frame);
-    EXPECT_NEAR(hole.iodine - before, leak_rate(0.889) * frame * 60, 1e-3 * before);
-    EXPECT_GT(hole.iodine, 2 * leak_rate(0.889) * 60);
+    EXPECT_NEAR(hole.iodine - before, leak_rate(0.889, 93) * frame * 60, 1e-3 * before);
+    EXPECT_GT(hole.iodine, 2 * leak_rate(0.889, 93) * 60);
     EXPECT_NEAR(iodine_at(flow, {0, 0, -150}), iodine_at(whole, {0, 0, -150}), 0.5);
     // What has leaked stays; a hole takes no more than half of what flows.
     for (int f = 0; f < 600; ++f) flow.step(frame);
