@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "physics/wall/opening.h"
 #include "physics/wire/device.h"
 #include "render/xray/wire_image.h"
 
@@ -17,14 +18,48 @@ class Section;
 
 namespace scenario {
 
-enum class DeviceKind { Wire, Catheter };
+enum class DeviceKind { Wire, Catheter, Balloon, Stent };
 std::string_view name_of(DeviceKind);
+
+/// At the distal end of a catheter; distances along it.
+struct Balloon {
+    physics::BalloonLaw law;
+    double length = 0;              // between its cones [mm]
+    double cone = 0;                // length of each [mm]
+    double from_tip = 0;            // of the device, to the distal end of `length` [mm]
+    double nominal = 0, rated = 0;  // rated: up to which makers vouch that it does not burst [atm]
+    double deflation = 0;           // time from nominal pressure until it is folded again [s]
+    double rigidity = 0;            // EI that it adds when inflated [N·mm²]
+
+    void state(geometry::StateStream& s) {
+        s(law, length, cone, from_tip, nominal, rated, deflation, rigidity);
+    }
+};
+
+/// On a balloon, or self-expanding, in a sheath around the catheter.
+struct Stent {
+    physics::StentLaw law;
+    double length = 0;           // when expanded to `diameter` [mm]
+    double diameter = 0;         // nominal, expanded [mm]
+    double foreshortening = 0;   // loss of length from crimped to `diameter`, of the crimped length [-]
+    double from_tip = 0;         // of the device, to the stent's distal end [mm]
+    double strut = 0;            // thickness [mm]
+    int crowns = 0;              // of a ring
+    double pitch = 0;            // length of stent to a ring [mm]
+    render::Material material = render::Material::Steel;
+
+    void state(geometry::StateStream& s) {
+        s(law, length, diameter, foreshortening, from_tip, strut, crowns, pitch, material);
+    }
+};
 
 /// What it is made of, where it comes from and how it looks.
 struct Device : physics::DeviceSpec {
     std::string name, title;  // of the file; one line
     DeviceKind kind = DeviceKind::Wire;
     render::WireLook look;                       // in the beam
+    std::optional<Balloon> balloon;              // of a balloon, and of a stent that one opens
+    std::optional<Stent> stent;
     std::map<std::string, std::string> sources;  // by key; one that begins with "estimate" is an estimate
 };
 

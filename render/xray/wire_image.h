@@ -46,6 +46,8 @@ struct DeviceIodine {
 /// A device in the beam.
 struct SeenDevice {
     std::span<const geometry::Vec3> joints;  // from the introducer to its tip [mm]; empty = not there
+    /// Of the device at each joint, in between linear, as of a balloon; empty = as its look says [mm].
+    std::span<const double> radii = {};
     const WireLook* look = nullptr;          // null = the fluoroscope's
     const DeviceIodine* iodine = nullptr;    // null = none
 };
