@@ -316,7 +316,7 @@ void Episode::step(std::span<const script::Command> given) {
     }
     for (const script::Command& command : commands)
         if (const auto* exchange = std::get_if<script::Exchange>(&command))
-            read_.push_back(exercise::file_of_wire(exchange->device, simulation().scenario()));
+            read_.push_back(exercise::file_of_device(exchange->held, exchange->device, simulation().scenario()));
     asked_.clear();
     asked_console_.reset();
     hash_.reset();

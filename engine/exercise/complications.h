@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/blood/blood_flow.h"
+#include "engine/exercise/branch_stretch.h"
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
 #include "physics/wall/narrowed_wall.h"
@@ -73,18 +74,12 @@ public:
     void state(geometry::StateStream& s) { s.unless_empty(all_); }
 
 private:
-    /// Where one lies: samples along its branch.
-    struct Place {
-        std::vector<geometry::Vec3> axis, side;  // centreline; the side that a flap leaves free, unit
-        std::vector<double> lumen, open;  // radii: of the vessel, and of a tube that touches nothing [mm]
-        std::vector<double> shape;        // 1 where it is to be closed as far as asked, 0 past it
-    };
-    static Place place_of(const Complication&, const anatomy::Anatomy&);
-    static std::vector<double> room_for(const physics::Chain&, const Complication&, const Place&);
-    static bool move(Complication&, const Place&, const physics::Chain&, double seconds);
+    static BranchStretch place_of(const Complication&, const anatomy::Anatomy&);
+    static std::vector<double> room_for(const physics::Chain&, const Complication&, const BranchStretch&);
+    static bool move(Complication&, const BranchStretch&, const physics::Chain&, double seconds);
 
     std::vector<Complication> all_;
-    std::vector<Place> places_;  // of each; empty for one that is gone
+    std::vector<BranchStretch> places_;  // of each; empty for one that is gone
 };
 
 }  // namespace exercise

@@ -1,6 +1,7 @@
 #include "engine/exercise/device_rules.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -68,6 +69,12 @@ void exchange(physics::Chain& chain, int device, const scenario::Scenario& s, co
 
 std::string missing_device(const script::Command& command, const scenario::Scenario& scenario) {
     using script::DeviceRole;
+    const bool treats = std::holds_alternative<script::Inflate>(command) ||
+                        std::holds_alternative<script::Deflate>(command) ||
+                        std::holds_alternative<script::Deploy>(command) ||
+                        std::holds_alternative<script::RetrieveSheath>(command);
+    if (treats && scenario.relaxer.kind != physics::RelaxerKind::Global)
+        return fmt::format("'{}' needs [relaxer] kind = \"global\"", script::to_text(command));
     if (std::holds_alternative<script::Grip>(command) &&
         scenario.relaxer.kind != physics::RelaxerKind::Global)
         return fmt::format("'{}' asks for the shaft outside, which only the relaxer \"global\" knows",
@@ -85,56 +92,75 @@ std::string missing_device(const script::Command& command, const scenario::Scena
     if (const auto* c = std::get_if<script::Pin>(&command)) of(c->held);
     if (const auto* c = std::get_if<script::Inject>(&command); c && c->through_device()) of(c->through);
     if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? DeviceRole::Catheter : c->held);
-    if (std::holds_alternative<script::Exchange>(command) && alone) of(DeviceRole::Catheter);
+    if (const auto* c = std::get_if<script::Exchange>(&command))
+        of(alone && c->held == DeviceRole::Wire ? DeviceRole::Catheter : c->held);
+    if (treats) of(DeviceRole::Balloon);
     if (asked == DeviceRole::All || scenario.index_of(asked)) return "";
     const std::string_view name = script::name_of(asked);
     return fmt::format("'{}' asks for a {}, and the scenario has none; expected a section [{}]",
                        script::to_text(command), name, name);
 }
 
-std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario& scenario) {
+std::filesystem::path file_of_device(script::DeviceRole role, const std::string& name,
+                                     const scenario::Scenario& scenario) {
     // A file stands next to the scenario's.
     return name.ends_with(".toml")
                ? std::filesystem::path(scenario.place("").file).parent_path() / name
-               : scenario::find_device(name, scenario.catalogue, scenario::DeviceKind::Wire);
+               : scenario::find_device(name, scenario.catalogue,
+                                       role == script::DeviceRole::Wire
+                                           ? std::optional(scenario::DeviceKind::Wire)
+                                           : std::nullopt);
 }
 
-scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {
-    scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
+scenario::Device device_of_catalogue(script::DeviceRole role, const std::string& name,
+                                     const scenario::Scenario& scenario) {
+    scenario::Device device = scenario::load_device(file_of_device(role, name, scenario));
     if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
-    if (device.kind != scenario::DeviceKind::Wire)
-        throw io::InputError("'{}' is a catheter; expected a wire", name);
-    const double lumen = scenario.devices.at(1).device.inner_diameter;
-    if (device.outer_diameter >= lumen)
-        throw io::InputError(
-            "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner wire", name,
-            device.outer_diameter, lumen);
+    if (!scenario::takes(role, device.kind))
+        throw io::InputError("'{}' is a {}; expected a {}", name, scenario::name_of(device.kind),
+                             script::name_of(role));
+    const int which = *scenario.index_of(role);
+    const auto fits = [&](const scenario::Device& inner, const scenario::Device& outer) {
+        if (inner.outer_diameter >= outer.inner_diameter)
+            throw io::InputError("the {} '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner {}",
+                                 scenario::name_of(inner.kind), inner.name, inner.outer_diameter,
+                                 outer.inner_diameter, scenario::name_of(inner.kind));
+    };
+    if (which + 1 < static_cast<int>(scenario.devices.size()))
+        fits(device, scenario.devices[static_cast<std::size_t>(which + 1)].device);
+    if (which > 0) fits(scenario.devices[static_cast<std::size_t>(which - 1)].device, device);
     return device;
 }
 
 std::vector<std::string> device_problems(const script::CommandScript& script,
                                          const scenario::Scenario& scenario) {
     std::vector<std::string> found;
-    // A wire is out once it was removed, until it is pushed again.
-    bool wire_is_out = false;
+    // A device is out once it was removed, or from the start, until it is pushed again.
+    std::array<bool, script::most_devices> is_out, was_out;
+    for (int k = 0; k < script::most_devices; ++k) {
+        const auto placed = scenario.index_of(static_cast<script::DeviceRole>(k));
+        was_out[k] = placed && !scenario.devices[static_cast<std::size_t>(*placed)].starts_inside();
+    }
+    is_out = was_out;
     for (const script::TimedCommand& timed : script.commands) {
         const script::Command& command = timed.command;
         const auto say = [&](const std::string& text) { found.push_back(io::located(timed.place, text)); };
-        if (std::holds_alternative<script::Reset>(command)) wire_is_out = false;
+        if (std::holds_alternative<script::Reset>(command)) is_out = was_out;
         if (const std::string wrong = missing_device(command, scenario); !wrong.empty()) {
             say(wrong);
             continue;
         }
-        if (const auto* push = std::get_if<script::Advance>(&command);
-            push && push->held == script::DeviceRole::Wire && push->length > 0)
-            wire_is_out = false;
-        if (const auto* out = std::get_if<script::Remove>(&command);
-            out && out->held == script::DeviceRole::Wire)
-            wire_is_out = true;
+        if (const auto* push = std::get_if<script::Advance>(&command); push && push->length > 0) {
+            if (push->held != script::DeviceRole::All) is_out[static_cast<std::size_t>(push->held)] = false;
+        }
+        if (const auto* out = std::get_if<script::Remove>(&command))
+            is_out[static_cast<std::size_t>(out->held)] = true;
         if (const auto* exchange = std::get_if<script::Exchange>(&command)) {
             try {
-                static_cast<void>(wire_of_catalogue(exchange->device, scenario));
-                if (!wire_is_out) say("the wire is still in; 'exchange' works only after 'remove wire'");
+                static_cast<void>(device_of_catalogue(exchange->held, exchange->device, scenario));
+                if (const std::string_view name = script::name_of(exchange->held);
+                    !is_out[static_cast<std::size_t>(exchange->held)])
+                    say(fmt::format("the {0} is still in; 'exchange' works only after 'remove {0}'", name));
             } catch (const io::InputError& error) {
                 say(error.what());
             }

@@ -76,6 +76,8 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     if (script)
         if (const auto wrong = problems(*script); !wrong.empty())
             throw io::InputError(io::joined(wrong, "\n"));
+    if (const auto wrong = Treatment::problems(scenario_, *anatomy_); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
     wall_ = open_wall_of(scenario_, *anatomy_, cache);
     know_vessels();
     reset();
@@ -121,7 +123,8 @@ void Simulation::reset() {
     flushed_.clear();
     injuries_.clear();
     complications_.clear();
-    take_up_complications();
+    treatment_.start(scenario_, *anatomy_);
+    take_up_changes();
     model_changes_ = {};
     lay(entry_.points);
     stand_tubes();
@@ -159,6 +162,7 @@ void Simulation::lay(const geometry::Polyline& path, const physics::Chain* befor
     outside_.reset(devices_, scenario_.hand_distance);
     StepReport ignored;
     physics::Chain laid = chain_of(scenario_, devices_, path, before);
+    prepare_balloon(laid);
     if (hub_) {
         moving_ = std::move(laid);
         moving_.vessels_stay = before ? before->vessels_stay : vessels_can_stay();
@@ -218,8 +222,8 @@ struct Simulation::Apply {
         at.waiting_.push_back({0, 0, at.device_of(c.held), true});
     }
     void operator()(const script::Exchange& c) const {
-        static_cast<void>(wire_of_catalogue(c.device, at.scenario_));
-        at.waiting_.push_back({0, 0, 0, false, c.device});
+        static_cast<void>(device_of_catalogue(c.held, c.device, at.scenario_));
+        at.waiting_.push_back({0, 0, *at.scenario_.index_of(c.held), false, c.device});
     }
     void operator()(const script::Grip& c) const { at.grip(*at.scenario_.index_of(c.held), c.distance); }
     void operator()(const script::Pin& c) const { at.pin(*at.scenario_.index_of(c.held), c.on); }
@@ -239,6 +243,10 @@ struct Simulation::Apply {
     void operator()(const Other& c) const { at.console_.apply(c); }
     void operator()(const script::Breathe& c) const { at.breathing_.ask(c.hold); }
     void operator()(const script::TeacherAct&) const {}  // the score's alone
+    void operator()(const script::Inflate& c) const { at.inflate(c.pressure); }
+    void operator()(const script::Deflate&) const { at.inflate(0); }
+    void operator()(const script::Deploy&) const { at.deploy(); }
+    void operator()(const script::RetrieveSheath& c) const { at.retrieve_sheath(c.length); }
 };
 
 void Simulation::apply(const script::Command& command) {
@@ -404,9 +412,14 @@ void Simulation::prepare_motion(StepReport& report) {
 /// Makes a part of the motion; the rest stays in it. False when the motion is finished.
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
     if (!motion.exchange.empty()) {
-        exchange_wire(motion, report);
+        exchange_device(motion, report);
         return false;
     }
+    if (motion.device == balloon() || (motion.device == physics::every_device && balloon() >= 0))
+        if (const std::string why = treatment_.problem_with_motion(); motion.by_hand() && !why.empty()) {
+            report.denied = "The balloon catheter was not moved: " + why;
+            return false;
+        }
     if (motion.removes) motion.insertion = -moving_.devices[motion.device].inserted;
     StepReport of_no_hand;
     motion.insertion = allowed_feed(motion, motion.by_hand() ? report : of_no_hand);
@@ -535,9 +548,11 @@ void Simulation::state(geometry::StateStream& s) {
     s.unless_empty(flushed_);
     complications_.state(s);
     s.beside(readings_);
+    treatment_.state(s);
     if (s.restores()) {
         complications_.find_places(*anatomy_);
-        take_up_complications();
+        treatment_.find_places(scenario_, *anatomy_);
+        take_up_changes();
         place_devices();
         stand_tubes();
         if (gives_) gives_->forget();

@@ -17,6 +17,7 @@
 #include "engine/exercise/injury.h"
 #include "engine/exercise/lines.h"
 #include "engine/exercise/outside.h"
+#include "engine/exercise/treatment.h"
 #include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/motion_field.h"
@@ -55,6 +56,7 @@ struct StepReport : MotionFlags {
     double deepest_crossing = 0;     // depth of a segment left in the wall between its joints [mm]
     std::string exchanged;           // the wire is now this one
     std::string denied;              // what was not done, and why: one sentence
+    std::vector<TreatmentEvent> treated;  // new ones
     /// Of each shaft that is another model from now on: what it is and what that leaves out, a sentence.
     std::vector<std::string> torsions;
     std::string vessels;           // the same, of vessels that make way from now on, or stay
@@ -182,6 +184,7 @@ public:
     const Injuries& injuries() const { return injuries_; }
     /// Set by a teacher in the attempt, in order; those that are set() are there now.
     std::span<const Complication> complications() const { return complications_.all(); }
+    const Treatment& treatment() const { return treatment_; }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
     const scenario::Breathing& breathing() const { return breathing_; }
@@ -267,7 +270,7 @@ private:
         double rotation = 0;   // [rad]
         int device = physics::every_device;
         bool removes = false;       // the device, whatever is inside
-        std::string exchange = {};  // for this wire
+        std::string exchange = {};  // for this device
         bool dragged = false;       // by friction, and by no hand
         bool released = false;      // by the bow of the shaft outside, and by no hand
         double goes_in = 1;         // of what the hand feeds by the part under way; the rest bows the shaft
@@ -295,7 +298,7 @@ private:
     void stand_tubes();
     geometry::Vec3 led_to(const Tip&) const;
     void lead_lines();
-    void exchange_wire(Motion&, StepReport&);
+    void exchange_device(Motion&, StepReport&);
     bool stands_before_a_narrow_vessel(int device) const;
     double allowed_feed(const Motion&, StepReport&) const;
     // For a frame with the global relaxer.
@@ -321,7 +324,16 @@ private:
     bool is_lost() const;
     void show_rest(StepReport&);
     bool change_vessels(StepReport&);
-    void take_up_complications();
+    void take_up_changes();
+    // Of balloons and stents.
+    int balloon() const;  // place in the list of devices, -1 = none
+    void inflate(double pressure);
+    void deploy();
+    void retrieve_sheath(double length);
+    void prepare_balloon(physics::Chain&) const;
+    bool treat();
+    void follow_events(std::size_t from, StepReport&);
+    void relieve_stented();
     void keep_readings(const StepReport&);
     int look_for_injuries();
     // For a frame with a segment relaxer.
@@ -382,6 +394,7 @@ private:
     double iodine_ = 0;
     Injuries injuries_;
     Complications complications_;
+    Treatment treatment_;
     ModelChanges model_changes_;
     Readings readings_;
     bool was_reset_ = false;      // since the last step
@@ -394,6 +407,7 @@ private:
     // The lumen's moves, and what they were made of.
     mutable std::vector<render::VertexMove> narrowed_lumen_;
     mutable std::vector<Complication> narrowed_by_;
+    mutable Treatment opened_by_;
 };
 
 }  // namespace exercise

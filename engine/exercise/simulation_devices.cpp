@@ -154,7 +154,12 @@ void Simulation::pin(int device, bool on) {
 /// Those of the scenario, with what this attempt has changed of them.
 void Simulation::place_devices() {
     devices_ = scenario_.devices;
-    if (!exchanged_name_.empty()) devices_[0].device = wire_of_catalogue(exchanged_name_, scenario_);
+    if (!exchanged_name_.empty())
+        devices_[0].device = device_of_catalogue(script::DeviceRole::Wire, exchanged_name_, scenario_);
+    if (const int which = balloon(); which >= 0 && treatment_.inflation() &&
+                                     treatment_.inflation()->device != scenario_.devices[which].device.name)
+        devices_[which].device =
+            device_of_catalogue(script::DeviceRole::Balloon, treatment_.inflation()->device, scenario_);
     for (const int device : pinned_otherwise_) devices_[device].pinned = !devices_[device].pinned;
 }
 
@@ -314,6 +319,13 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
         if (most < least - 1e-9) report.withdrawal_stopped = true;
         most = std::max(most, least);
     }
+    // A balloon follows its wire.
+    if (const int k = balloon(); most > 0 && k >= 0 && motion.device == k) {
+        const double wire = chain().devices[0].inserted - chain().devices[k].inserted;
+        if (most > wire + 1e-9 && wire < 1e-9)
+            report.denied = "The balloon catheter was not advanced: it has come to the end of the wire";
+        most = std::min(most, std::max(0.0, wire));
+    }
     for (int k = 1; most > 0 && k < static_cast<int>(devices_.size()); ++k)
         if ((motion.device == physics::every_device || motion.device == k) &&
             stands_before_a_narrow_vessel(k)) {
@@ -323,41 +335,58 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
     return std::abs(most) < 1e-12 ? 0 : most;
 }
 
-/// Whether the device's tip has come to a place that is narrower than it is, here or a segment ahead.
+/// Whether the device's tip, or its balloon, has come to a place that is narrower than it is, here or a segment
+/// ahead.
 bool Simulation::stands_before_a_narrow_vessel(int device) const {
     const physics::Chain& chain = this->chain();
-    double left = chain.devices[device].inserted;
-    if (left <= 0) return false;
-    int i = 1;
-    for (; i < chain.segments() && left > chain.lengths[i]; ++i) left -= chain.lengths[i];
-    const Vec3 tip = chain.joints[i - 1] + left * chain.tangents[i];
-    const Vec3 places[] = {tip, tip + chain.grid.segment_length * chain.tangents[i]};
-    physics::WallContact contacts[2];
-    for (physics::WallContact& contact : contacts) contact.station = chain.stations[i];
-    wall_->contacts(places, contacts);
-    // The wall takes the radius of the chain's own wire off the lumen's.
-    for (int k = 0; k < 2; ++k) {
-        const double lumen =
-            std::min(contacts[k].clearance + chain.inner_radius(), wall_->narrowest(places[k]));
-        if (contacts[k].clearance > 0 && lumen < 0.5 * devices_[device].device.outer_diameter) return true;
-    }
+    const physics::Device& placed = chain.devices[device];
+    const auto stands = [&](double from_tip, double radius) {
+        double left = placed.inserted - from_tip;
+        if (left <= 0) return false;
+        int i = 1;
+        for (; i < chain.segments() && left > chain.lengths[i]; ++i) left -= chain.lengths[i];
+        const Vec3 tip = chain.joints[i - 1] + left * chain.tangents[i];
+        const Vec3 places[] = {tip, tip + chain.grid.segment_length * chain.tangents[i]};
+        physics::WallContact contacts[2];
+        for (physics::WallContact& contact : contacts) contact.station = chain.stations[i];
+        wall_->contacts(places, contacts);
+        // The wall takes the radius of the chain's own wire off the lumen's.
+        for (int k = 0; k < 2; ++k) {
+            const double lumen =
+                std::min(contacts[k].clearance + chain.inner_radius(), wall_->narrowest(places[k]));
+            if (contacts[k].clearance > 0 && lumen < radius) return true;
+        }
+        return false;
+    };
+    if (stands(0, 0.5 * devices_[device].device.outer_diameter)) return true;
+    for (const physics::Bulge& bulge : placed.bulge)
+        for (std::size_t k = 0; k < bulge.radii.size(); ++k)
+            if (k == 0 || bulge.radii[k] > bulge.radii[k - 1])
+                if (stands(bulge.from_tip + physics::Bulge::spacing * static_cast<double>(k), bulge.radii[k]))
+                    return true;
     return false;
 }
 
-/// The wire becomes another where it is out.
-void Simulation::exchange_wire(Motion& motion, StepReport& report) {
+/// The wire or the balloon becomes another where it is out.
+void Simulation::exchange_device(Motion& motion, StepReport& report) {
     const std::string name = std::exchange(motion.exchange, {});
-    if (chain().devices[0].inserted > 0) {
-        report.denied = "The wire was not exchanged: it is still in; remove it first";
+    const int which = motion.device;
+    scenario::PlacedDevice& placed = devices_[which];
+    if (chain().devices[which].inserted > 0) {
+        report.denied = fmt::format("The {0} was not exchanged: it is still in; remove it first", placed.name());
         return;
     }
-    scenario::Device& wire = devices_[0].device = wire_of_catalogue(name, scenario_);
-    exercise::exchange(chain(), 0, scenario_, wire);
+    scenario::Device& by = placed.device = device_of_catalogue(placed.role, name, scenario_);
+    exercise::exchange(chain(), which, scenario_, by);
+    if (which == balloon()) {
+        treatment_.take(name);
+        prepare_balloon(chain());
+    }
     if (gives_) gives_->forget();
-    outside_.grip(0, devices_, scenario_.hand_distance);
-    if (twists_by_segments(nullptr)) physics::start_twists(chain(), 0);
-    report.exchanged = wire.title;
-    exchanged_name_ = name;
+    outside_.grip(which, devices_, scenario_.hand_distance);
+    if (which == 0 && twists_by_segments(nullptr)) physics::start_twists(chain(), 0);
+    report.exchanged = by.title;
+    if (which == 0) exchanged_name_ = name;
 }
 
 /// The device whose shaft outside a feed goes through: of all together the outermost one; −1 = none.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 
 #include "engine/exercise/distal_trees.h"
 #include "engine/exercise/simulation.h"
@@ -93,29 +94,46 @@ bool Simulation::renew_vessels(std::string* said) {
     return true;
 }
 
-/// What complications change of vessels by a frame, of a chain at rest. Where it finds no rest in what they
-/// leave of the lumen with a part of the frame's work, they stay as they were, and the chain goes back to its
-/// last rest, which is to be settled: true. The next frame tries again. What was relieved goes in any case.
+/// What complications and a treatment change of vessels and devices by a frame, of a chain at rest. Where it
+/// finds no rest in what they leave of the lumen with a part of the frame's work, all stays as it was, and the
+/// chain goes back to its last rest, which is to be settled: true. The next frame tries again. What was relieved
+/// goes, and a balloon deflates, in any case.
 bool Simulation::change_vessels(StepReport& report) {
     constexpr int fraction = 4;  // of the frame's work
-    if (!complications_.in_vessels()) return false;
+    if (!complications_.in_vessels() && !treatment_.given()) return false;
     Complications before = complications_;
-    if (!complications_.step(1 / scenario_.frame_rate, moving_)) return false;
-    if (moving_.grips.empty()) physics::start_grips(moving_, true);
-    take_up_complications();
-    hub_->wall_has_changed();
-    account(hub_->settle(moving_, frame_updates() / fraction), report);
-    if (going(complications_) || (!hub_->working() && !is_lost())) return false;
-    complications_ = std::move(before);
-    take_up_complications();
-    hub_->wall_has_changed();
-    moving_ = wire_;
-    return true;
+    Treatment untreated = treatment_;
+    const std::size_t events = treatment_.events().size();
+    bool changed = complications_.in_vessels() && complications_.step(1 / scenario_.frame_rate, moving_);
+    const bool rises = treatment_.inflation() && treatment_.inflation()->wanted > treatment_.inflation()->pressure;
+    changed = treat() || changed;
+    if (changed) {
+        if (moving_.grips.empty()) physics::start_grips(moving_, true);
+        take_up_changes();
+        hub_->wall_has_changed();
+        account(hub_->settle(moving_, frame_updates() / fraction), report);
+        const bool at_rest = !hub_->working() && !is_lost();
+        const bool closes = complications_.in_vessels() && !going(complications_);
+        if (!at_rest && (closes || rises)) {
+            complications_ = std::move(before);
+            treatment_ = std::move(untreated);
+            take_up_changes();
+            hub_->wall_has_changed();
+            moving_ = wire_;
+            return true;
+        }
+    }
+    follow_events(events, report);
+    return false;
 }
 
-void Simulation::take_up_complications() {
-    wall_->narrow(complications_.narrowings());
-    contrast_->obstruct(complications_.obstructions());
+void Simulation::take_up_changes() {
+    std::vector<physics::Narrowing> tubes = complications_.narrowings();
+    std::ranges::move(treatment_.narrowings(), std::back_inserter(tubes));
+    wall_->narrow(std::move(tubes));
+    std::vector<blood::Obstruction> in_the_way = complications_.obstructions();
+    std::ranges::move(treatment_.obstructions(), std::back_inserter(in_the_way));
+    contrast_->obstruct(in_the_way);
 }
 
 /// Of the vessels under the forces of the wire shown; empty where they do not move.
@@ -149,11 +167,15 @@ std::vector<Eigen::Vector3f> Simulation::lumen_moves() const {
 
 const std::vector<render::VertexMove>& Simulation::narrowed_lumen() const {
     const Complications seen = complications_.as_seen();
-    if (std::ranges::equal(seen.all(), narrowed_by_)) return narrowed_lumen_;
+    const Treatment opened = treatment_.as_seen();
+    if (std::ranges::equal(seen.all(), narrowed_by_) && opened.same_lumen(opened_by_)) return narrowed_lumen_;
     narrowed_by_.assign(seen.all().begin(), seen.all().end());
+    opened_by_ = opened;
     narrowed_lumen_.clear();
     physics::NarrowedWall tubes(wall_->vessels(), 0);
-    tubes.narrow(seen.narrowings());
+    std::vector<physics::Narrowing> narrowings = seen.narrowings();
+    std::ranges::move(opened.narrowings(), std::back_inserter(narrowings));
+    tubes.narrow(std::move(narrowings));
     const std::vector<Vec3>& vertices = anatomy_->lumen.vertices;
     for (std::size_t v = 0; v < vertices.size(); ++v)
         if (const Vec3 by = tubes.inward(vertices[v]); !by.isZero(0))

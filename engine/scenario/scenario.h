@@ -24,6 +24,7 @@
 #include "engine/script/action.h"
 #include "engine/script/command.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wall/opening.h"
 #include "physics/wall/wall_stiffness.h"
 #include "physics/wire/refinement.h"
 #include "render/xray/c_arm.h"
@@ -124,6 +125,9 @@ enum class TorsionModel {
     Segments    // through one that twists segment by segment, and that friction holds back all along
 };
 
+/// Whether a device of that kind can be what the role says.
+bool takes(script::DeviceRole, DeviceKind);
+
 /// A device of the catalogue, with the scenario's values in place of its own, and where it begins.
 struct PlacedDevice {
     script::DeviceRole role = script::DeviceRole::Wire;  // by which commands call it; not All
@@ -170,6 +174,19 @@ struct InjurySpec {
     }
 };
 
+/// A narrow place of a vessel that can be treated: plaque in a lumen that is, without it, as the anatomy has it.
+struct LesionSpec {
+    std::string branch;
+    double at = 0, length = 0;  // of its middle from the branch's origin, along it [mm]
+    double percent = 0;         // of the diameter, lost in its middle
+    double eccentricity = 0;    // 0: from all sides; 1: from one, while the wall opposite stays [-]
+    double angle = 0;           // of the plaque's side about the branch; 0 = as seen from the front, aside [rad]
+    physics::Plaque plaque = physics::Plaque::Fibrous;
+    /// Where a stent is to begin and end, from the branch's origin, negative in the vessel that it leaves; empty =
+    /// no stent is planned [mm].
+    std::optional<std::pair<double, double>> stent;
+};
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
@@ -203,6 +220,7 @@ struct Scenario {
     double hand_distance = free_shaft;                // at the start, from each hand to its valve [mm]
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
     Target target;
+    std::vector<LesionSpec> lesions;
     render::CArm c_arm;  // at the start
     Imaging imaging;
     patient::PatientFiles patient_files;

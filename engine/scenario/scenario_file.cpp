@@ -105,7 +105,7 @@ void read_device(io::Section& section, script::DeviceRole role, const std::strin
             s.files.push_back(wanted.ends_with(".toml") ? file.parent_path() / wanted
                                                         : find_device(wanted, s.catalogue, kind));
             device = load_device(s.files.back());
-            if (device.kind != kind && node)
+            if (!takes(role, device.kind) && node)
                 section.refuse("device", *node,
                                fmt::format("expected a {}, found '{}', a {}", name_of(kind), wanted,
                                            name_of(device.kind)));
@@ -116,7 +116,6 @@ void read_device(io::Section& section, script::DeviceRole role, const std::strin
                 section.refuse_whole(error.what());
         }
     }
-    device.kind = kind;
     section.number("inserted_mm", placed.inserted, {0, 2000});
     section.number("roll_deg", placed.roll, {-360, 360}, geometry::degree);
     section.flag("pinned", placed.pinned);
@@ -293,6 +292,39 @@ void read_relaxer(io::Section relaxer, Scenario& s) {
     relaxer.flag("safeguard", s.relaxer.safeguard);
     relaxer.flag("stored_planes", s.relaxer.stored_planes);
     relaxer.finish();
+}
+
+void read_lesions(io::Section& top, Scenario& s) {
+    for (io::Section& section : top.sections("lesion")) {
+        LesionSpec lesion;
+        if (!section.word("branch", lesion.branch)) section.missing("branch", "branch = \"BRANCH\"");
+        for (const char* key : {"at_mm", "length_mm", "percent"})
+            if (!section.find(key)) section.missing(key, std::string(key) + " = ...");
+        section.number("at_mm", lesion.at, {0, script::largest_place});
+        section.number("length_mm", lesion.length,
+                       {script::shortest_complication, script::longest_complication});
+        section.number("percent", lesion.percent, {script::least_narrowing, script::largest_narrowing});
+        section.number("eccentricity", lesion.eccentricity, {0, 1});
+        section.number("angle_deg", lesion.angle, {-360, 360}, geometry::degree);
+        if (const auto plaque = section.choice("plaque", physics::plaque_names))
+            lesion.plaque = static_cast<physics::Plaque>(*plaque);
+        const toml::node *from = section.find("stent_from_mm"), *to = section.find("stent_to_mm");
+        if (!from != !to)
+            section.refuse(from ? "stent_from_mm" : "stent_to_mm", from ? *from : *to,
+                           "expected both stent_from_mm and stent_to_mm, or neither");
+        if (from && to) {
+            std::pair<double, double> ends;
+            section.number("stent_from_mm", ends.first, {-50, script::largest_place});
+            section.number("stent_to_mm", ends.second, {-50, script::largest_place});
+            if (ends.second <= ends.first)
+                section.refuse("stent_to_mm", *to,
+                               fmt::format("expected a place beyond stent_from_mm, {:g}, found {:g}", ends.first,
+                                           ends.second));
+            lesion.stent = ends;
+        }
+        section.finish();
+        s.lesions.push_back(std::move(lesion));
+    }
 }
 
 void read_c_arm(io::Section arm, Scenario& s) {
@@ -501,6 +533,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     if (const auto tip = target.choice("device", script::device_names()))
         s.target.device = static_cast<script::DeviceRole>(*tip);
     target.finish();
+    read_lesions(top, s);
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);
     read_patient(top.section("patient", false), reading.file, s);

@@ -53,7 +53,17 @@ struct CommandText {
                            c.on ? "on" : "off");
     }
     std::string operator()(const Remove& c) const { return fmt::format("remove {}", name_of(c.held)); }
-    std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
+    std::string operator()(const Exchange& c) const {
+        return fmt::format("exchange {} {}", name_of(c.held), c.device);
+    }
+    std::string operator()(const Inflate& c) const {
+        return fmt::format("inflate {} atm", io::number_text(c.pressure));
+    }
+    std::string operator()(const Deflate&) const { return "deflate"; }
+    std::string operator()(const Deploy&) const { return "deploy"; }
+    std::string operator()(const RetrieveSheath& c) const {
+        return fmt::format("retrieve sheath {} mm", io::number_text(c.length));
+    }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
     std::string operator()(const Contrast& c) const {
         return "contrast " + io::number_text(c.iodine) + " mg/ml";

@@ -15,11 +15,16 @@
 ///     50      rotate catheter 20 deg
 ///     55      grip wire 30 mm            # the hand holds it 30 mm from the valve; the default is 100 mm
 ///     56      pin wire on                # it stays while others move; 'pin wire off': its valve alone holds
-///     it 60      remove wire                # all of it; waits its turn behind earlier motions 61 exchange
-///     wire amplatzS035  # for another of the catalogue, when it is out 32      mode dsa                   #
-///     or live, roadmap 33      mask                       # the next pulse is the mask 36      shift auto #
-///     moves the mask onto the image; or 'shift 1.5 -0.5 px', to the right and
-///                                        # down, 'shift by 0.5 0 px', 'shift off'
+///     60      remove wire                # all of it; waits its turn behind earlier motions
+///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out; or 'exchange balloon'
+///     62      inflate 8 atm              # the pressure that the inflation device goes to
+///     63      deflate
+///     64      deploy                     # the stent: its balloon to nominal pressure, or all of its sheath back
+///     65      retrieve sheath 2 mm       # of a self-expanding stent
+///     66      mode dsa                   # or live, roadmap, cine
+///     67      mask                       # the next pulse is the mask
+///     68      shift auto                 # moves the mask onto the image; or 'shift 1.5 -0.5 px', to the right
+///                                        # and down, 'shift by 0.5 0 px', 'shift off'
 ///     38      breath hold                # the patient holds it after breathing out; breath free
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
 ///     41      collimate 120 90 mm        # opening at the detector; collimate open
@@ -120,9 +125,21 @@ struct Pin {
 struct Remove {
     DeviceRole held = DeviceRole::Wire;  // or another, not All
 };
-/// The wire, which is out, becomes another.
+/// The wire or the balloon, which is out, becomes another.
 struct Exchange {
-    std::string device;  // of the catalogue, or a file
+    std::string device;                  // of the catalogue, or a file
+    DeviceRole held = DeviceRole::Wire;  // or Balloon
+};
+/// The inflation device of the balloon goes to this pressure.
+struct Inflate {
+    double pressure = 0;  // [atm]
+};
+struct Deflate {};
+/// The stent: its balloon is inflated to nominal pressure, or all of its sheath is retrieved.
+struct Deploy {};
+/// The sheath over a self-expanding stent is drawn back.
+struct RetrieveSheath {
+    double length = 0;  // [mm]
 };
 /// Values that are not given stay as they are.
 struct MoveArm {
@@ -246,7 +263,7 @@ struct Relieve {
 using Command =
     std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
                  Collimate, SetFilter, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe,
-                 Grip, Pin, TeacherAct, Complicate, Relieve>;
+                 Grip, Pin, TeacherAct, Complicate, Relieve, Inflate, Deflate, Deploy, RetrieveSheath>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;                // [mm]
@@ -262,6 +279,7 @@ inline constexpr double largest_shift_fraction = 0.25;       // the same, of the
 inline constexpr double largest_place = 1000;                                   // [mm]
 inline constexpr double shortest_complication = 6, longest_complication = 100;  // [mm]
 inline constexpr double least_narrowing = 10, largest_narrowing = 90;           // [percent]
+inline constexpr double largest_inflation = 40;  // beyond what any inflation device shows [atm]
 inline constexpr int largest_frame = 1'000'000;
 
 /// Whether a teacher gives it, and no hand.

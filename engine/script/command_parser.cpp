@@ -178,8 +178,9 @@ Inject inject_command(Line& line) {
 }
 
 Exchange exchange_command(Line& line) {
-    line.word("wire");
-    return {std::string(line.take("expected the name of a wire of the catalogue, or its file").text)};
+    constexpr std::array<std::string_view, 2> changed = {"wire", "balloon"};
+    const DeviceRole held = *role_named(changed[line.choice(changed, "expected 'wire' or 'balloon'")]);
+    return {std::string(line.take("expected the name of a device of the catalogue, or its file").text), held};
 }
 
 SetPulseRate pulse_command(Line& line) {
@@ -333,6 +334,14 @@ constexpr Verb verbs[] = {
     {"reset", [](Line&) -> Command { return Reset{}; }},
     {"complication", [](Line& l) -> Command { return complication_command(l); }},
     {"relieve", [](Line& l) -> Command { return relieve_command(l); }},
+    {"inflate", [](Line& l) -> Command { return Inflate{l.amount(0, largest_inflation, "atm")}; }},
+    {"deflate", [](Line&) -> Command { return Deflate{}; }},
+    {"deploy", [](Line&) -> Command { return Deploy{}; }},
+    {"retrieve",
+     [](Line& l) -> Command {
+         l.word("sheath");
+         return RetrieveSheath{l.amount(0, largest_motion, "mm")};
+     }},
 };
 static_assert(std::size(verbs) == std::variant_size_v<Command>, "every command has its verb");
 

@@ -54,7 +54,7 @@ struct Weights {
 /// Of what is known at samples.
 struct Mean {
     Vec3 at = Vec3::Zero(), centre = Vec3::Zero();  // of the vessel, of the tube [mm]
-    double radius = 0, lumen = 0;                   // [mm]
+    double radius = 0, lumen = 0, gives = 0, wider = 0;  // [mm]
 
     Mean(std::span<const Sample> samples, const Weights& weights) {
         for (std::size_t k = 0; k < weights.count; ++k) {
@@ -63,6 +63,8 @@ struct Mean {
             centre += weights.w[k] * (sample.at + sample.aside);
             radius += weights.w[k] * sample.radius;
             lumen += weights.w[k] * sample.lumen;
+            gives += weights.w[k] * sample.gives;
+            wider += weights.w[k] * sample.wider;
         }
     }
 };
@@ -99,7 +101,7 @@ bool Narrowing::depth(const Vec3& x, double joint, Depth& out) const {
     const Vec3 q = x - mean.centre;
     const double rho = std::sqrt(q.squaredNorm() + around_axis * around_axis);
     const double width = end_width * widest, ends = (rho - ends_from * mean.lumen) / width;
-    out.radius = mean.radius;
+    out.radius = mean.radius + mean.gives;
     out.free = ends >= 1 ? (ends - 1) * width : 0;
     if (ends >= 1) return false;
     Mat3 spread = Mat3::Zero(), third = Mat3::Zero(), of_radius = Mat3::Zero(), of_lumen = Mat3::Zero();
@@ -138,9 +140,9 @@ Vec3 Narrowing::inward(const Vec3& x) const {
     double widest = 0;
     for (const Sample& sample : samples) widest = std::max(widest, sample.lumen);
     const double away = (x - mean.centre).norm(), deep = away - mean.radius;
-    if (deep <= 0) return Vec3::Zero();
+    if (away == 0 || (deep <= 0 && mean.wider <= 0)) return Vec3::Zero();
     const double there = 1 - smooth_step((away - ends_from * mean.lumen) / (end_width * widest)).value;
-    return there * deep / away * (mean.centre - x);
+    return there * (deep > 0 ? deep : -mean.wider) / away * (mean.centre - x);
 }
 
 std::pair<double, double> Narrowing::holds_with(const Vec3& x) const {

@@ -23,6 +23,8 @@ struct Narrowing {
         double lumen = 0;
         double shear = 0;     // that what fills the tube bears before it slips on a device [N/mm²]
         double pressure = 0;  // of a tube that would be narrower than the device in it [N/mm²]
+        double gives = 0;     // by which a device may widen the tube's radius where it comes to it [mm]
+        double wider = 0;     // than the vessel's, by which the lumen is in the image; devices do not know [mm]
     };
     std::vector<Sample> samples;  // `spacing` apart along the vessel, with open ones past both ends
 
@@ -35,7 +37,7 @@ struct Narrowing {
         double radius = 0, free = 0;
     };
     bool depth(const Vec3& x, double joint, Depth&) const;
-    /// How far a place on the vessel's wall lies outside the tube, and the way in [mm].
+    /// How far a place on the vessel's wall lies outside the tube, and the way in; outward where it is wider [mm].
     Vec3 inward(const Vec3& x) const;
     /// Shear and pressure there [N/mm²].
     std::pair<double, double> holds_with(const Vec3& x) const;
@@ -53,7 +55,7 @@ public:
     std::span<const Narrowing> narrowings() const { return narrowings_; }
     /// The farthest way into a tube of a place on the wall; 0 where none stands in its way [mm].
     Vec3 inward(const Vec3&) const;
-    /// Radius of the narrowest tube around a place; infinity where there is none [mm].
+    /// Radius of the narrowest tube around a place, with what it gives; infinity where there is none [mm].
     double narrowest(const Vec3&) const;
 
     void rigid_contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;

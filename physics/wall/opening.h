@@ -36,6 +36,21 @@ struct BalloonLaw {
     void state(geometry::StateStream& s) { s(profile, table); }
 };
 
+/// What one place of a vessel has become.
+struct OpenedPlace {
+    double reference = 0;  // R: of the vessel without plaque [mm]
+    double before = 0;     // r_0: of the lumen before the treatment [mm]
+    double set = 0;        // r_p [mm]
+    double radius = 0;     // r: of the lumen now [mm]
+    double stent = 0;      // r_s; 0 = none [mm]
+    double largest = 0;    // r has been, so far [mm]
+    double contact = 0;    // of the balloon on the wall or the stent [atm]
+    double device = 0;     // radius of what lies in it, an inflated balloon aside [mm]
+
+    bool operator==(const OpenedPlace&) const = default;
+    void state(geometry::StateStream& s) { s(reference, before, set, radius, stent, largest, contact, device); }
+};
+
 enum class Plaque { Soft, Fibrous, Calcified };
 inline constexpr std::array<std::string_view, 3> plaque_names = {"soft", "fibrous", "calcified"};
 inline constexpr std::string_view name_of(Plaque p) { return plaque_names[static_cast<std::size_t>(p)]; }
@@ -47,6 +62,9 @@ struct PlaqueLaw {
     double stiffness = 0;  // K [atm]
     double yield = 0;      // of plaque that nothing has opened [atm]
     double hardening = 0;  // [atm]
+
+    /// At a radius, without yielding beyond what that asks for [atm].
+    double pressure(const OpenedPlace&, double radius) const;
 };
 PlaqueLaw law_of(Plaque);
 
@@ -54,8 +72,7 @@ PlaqueLaw law_of(Plaque);
 struct VesselLaw {
     double stiffness = 0.8;  // c [atm]
     double exponent = 10;    // b [-]
-    double pressure(double strain) const;
-    double energy(double strain) const;  // ∫ pressure dε from 0 [atm]
+    double pressure(double strain) const;  // 0 where it is not stretched
 };
 
 /// A stent of expanded radius r_s. One that is balloon-expandable keeps r_s (1 − recoil) against all pressures
@@ -71,20 +88,6 @@ struct StentLaw {
     void state(geometry::StateStream& s) { s(self_expanding, free_radius, recoil, strength, outward, opens_at); }
 };
 
-/// What one place of a vessel has become.
-struct OpenedPlace {
-    double reference = 0;  // R: of the vessel without plaque [mm]
-    double before = 0;     // r_0: of the lumen before the treatment [mm]
-    double set = 0;        // r_p [mm]
-    double radius = 0;     // r: of the lumen now [mm]
-    double stent = 0;      // r_s; 0 = none [mm]
-    double largest = 0;    // r has been, so far [mm]
-    double contact = 0;    // of the balloon on the wall or the stent [atm]
-
-    bool operator==(const OpenedPlace&) const = default;
-    void state(geometry::StateStream& s) { s(reference, before, set, radius, stent, largest, contact); }
-};
-
 /// What acts on a place from within.
 struct Loads {
     const BalloonLaw* balloon = nullptr;  // null where none lies
@@ -94,15 +97,12 @@ struct Loads {
     double device = 0;                    // radius of what lies there besides [mm]
 };
 
-/// Work at a place, per length of vessel [atm·mm²].
-struct OpeningWork {
-    double done = 0;       // by the pressure in the balloon, and by what a stent stores
-    double stored = 0;     // change of what is stored in balloon, plaque, wall
-    double dissipated = 0; // by plaque that yields, and by the rate at which all moves
-};
-
 /// Moves a place towards the radius at which all are in balance, by at most `most` [mm]; no place is narrower than
 /// the device in it. Unconditionally stable; a larger pressure never gives a smaller radius.
-OpeningWork open_place(OpenedPlace&, const PlaqueLaw&, const VesselLaw&, const Loads&, double most);
+void open_place(OpenedPlace&, const PlaqueLaw&, const VesselLaw&, const Loads&, double most);
+/// The radius towards which it would move [mm].
+double balanced_radius(const OpenedPlace&, const PlaqueLaw&, const VesselLaw&, const Loads&);
+/// Of a balloon on what is around it at a radius [atm].
+double contact_pressure(const Loads&, double radius);
 
 }  // namespace physics

@@ -39,6 +39,9 @@ public:
             ends_.push_back(s);
             for (const StiffnessSection& section : device.spec.sections)
                 if ((s -= section.length) > 0 && section.length > 0) ends_.push_back(s);
+            for (const Bulge& bulge : device.bulge)
+                for (const double end : {bulge.from_tip, bulge.from_tip + bulge.length()})
+                    if (end > 0 && device.inserted > end) ends_.push_back(device.inserted - end);
             s = device.inserted;
             for (const RestArc& arc : device.spec.shape)
                 if ((s -= arc.length) > 0) ends_.push_back(s);
@@ -65,7 +68,11 @@ public:
             piece_.rigidity[k] = 0;
             piece_.curvature[k].setZero();
             if (s <= 0) continue;
-            piece_.whole += piece_.rigidity[k] = rigidity_at(device.spec, s);
+            piece_.rigidity[k] = rigidity_at(device.spec, s);
+            for (const Bulge& bulge : device.bulge)
+                if (s > bulge.from_tip && s < bulge.from_tip + bulge.length())
+                    piece_.rigidity[k] += bulge.rigidity;
+            piece_.whole += piece_.rigidity[k];
             piece_.curvature[k] = curvature_at(device.spec, s);
             tapers_ = tapers_ || tapered_at(device.spec, s);
         }
@@ -238,12 +245,15 @@ void assign_from(Chain& chain, int first) {
     }
     assign_joint(chain, n, cell);
     const double inner = chain.inner_radius();
+    double along = 0;
+    for (int j = 1; j <= first; ++j) along += chain.lengths[j];
     for (int j = first; j <= n; ++j) {
+        if (j > first) along += chain.lengths[j];
         double radius = inner, friction = chain.devices[0].spec.friction,
                held = chain.devices[0].spec.holding_friction();
         for (const Device& device : chain.devices) {
             const double fraction = device.fraction[j];
-            radius += fraction * (0.5 * device.spec.outer_diameter - radius);
+            radius += fraction * (device.radius(device.inserted - along) - radius);
             friction += fraction * (device.spec.friction - friction);
             held += fraction * (device.spec.holding_friction() - held);
         }
@@ -266,7 +276,7 @@ int first_fed(const Chain& chain, int which) {
     double from = chain.inserted_length();
     for (int k = 0; k < static_cast<int>(chain.devices.size()); ++k)
         if (which == -1 || which == k)
-            from = std::min(from, chain.devices[k].inserted - varying_length(chain.devices[k].spec));
+            from = std::min(from, chain.devices[k].inserted - varying_length(chain.devices[k]));
     from -= chain.grid.segment_length;  // and as far as one feed reaches
     int joint = 0;
     for (double place = 0; joint < chain.segments(); ++joint)

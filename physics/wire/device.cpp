@@ -173,4 +173,17 @@ Vec3 rest_direction(const Vec3& u, const RestBend& rest) {
     return rest.cosine * u + rest.sine * rest.direction;
 }
 
+double varying_length(const Device& device) {
+    double length = varying_length(device.spec);
+    for (const Bulge& bulge : device.bulge) length = std::max(length, bulge.from_tip + bulge.length());
+    return length;
+}
+
+double Bulge::radius(double s) const {
+    const double at = (s - from_tip) / spacing;
+    if (radii.empty() || at < 0 || at > static_cast<double>(radii.size() - 1)) return 0;
+    const auto k = std::min(static_cast<std::size_t>(at), radii.size() - 1), next = std::min(k + 1, radii.size() - 1);
+    return radii[k] + (at - static_cast<double>(k)) * (radii[next] - radii[k]);
+}
+
 }  // namespace physics

@@ -117,6 +117,20 @@ struct RestTurn {
 /// Length from the distal end beyond which a device is straight and uniform [mm].
 double varying_length(const DeviceSpec&);
 
+/// A part of a device that is wider and stiffer than the rest, and changes: a balloon.
+struct Bulge {
+    double from_tip = 0;         // of the device, to the first of `radii` [mm]
+    std::vector<double> radii;   // `spacing` apart toward the hub; outside the device's own radius counts [mm]
+    double rigidity = 0;         // EI in addition [N·mm²]
+    static constexpr double spacing = 1;  // [mm]
+
+    bool operator==(const Bulge&) const = default;
+    double length() const { return radii.empty() ? 0.0 : spacing * static_cast<double>(radii.size() - 1); }
+    /// At distance s from the device's tip; 0 outside it [mm].
+    double radius(double s) const;
+    void state(StateStream& s) { s(from_tip, radii, rigidity); }
+};
+
 /// A device on a chain. Its material frame at segment j is the chain's director turned about the tangent by
 /// roll + wound[j].
 struct Device {
@@ -132,6 +146,8 @@ struct Device {
     double outside = 0;
     /// Whether a hand holds its hub. One that is not held is kept by its valve alone: see drag().
     bool held = true;
+    /// Of a device with a balloon; none has more than one.
+    std::vector<Bulge> bulge;
 
     // Follow from the above and the chain: assign().
     bool bends = false;            // at a joint of the chain, at rest
@@ -152,8 +168,20 @@ struct Device {
     /// Turn of the hub that has not reached the distal end [rad].
     double wound_up() const { return wound.empty() ? windup : -wound.back(); }
 
-    void state(StateStream& s) { s(spec, inserted, roll, windup, wound, outside, held); }
+    /// Of the device, at a distance from its tip [mm].
+    double radius(double s) const {
+        const double own = 0.5 * spec.outer_diameter;
+        return bulge.empty() ? own : std::max(own, bulge.front().radius(s));
+    }
+
+    void state(StateStream& s) {
+        s(spec, inserted, roll, windup, wound, outside, held);
+        s.unless_empty(bulge);
+    }
 };
+
+/// The same, with its balloon [mm].
+double varying_length(const Device&);
 
 /// Direction in space in which a device is bent at rest, and by how much.
 struct RestBend {
