@@ -26,7 +26,7 @@ LEVELS = {1: "wire and pedals", 2: "one decision", 3: "catheters, limits and lon
 MEASURES = {"time": ("completed_after_s", 1), "air_kerma": ("air_kerma_mGy", 1),
             "area_product": ("kerma_area_product_Gy_cm2", 2), "contrast": ("contrast_ml", 1),
             "travel": ("wire_travel_mm", 0), "wrong_branches": ("wrong_entries", 0), "errors": ("handling_errors", 0)}
-ORDER = ("guidewire", "microcatheter", "intermediate", "catheter", "sheath")
+ORDER = ("guidewire", "microcatheter", "intermediate", "balloon", "catheter", "sheath")
 CHANGES = {"tip_length_mm": "floppy over {} mm", "curved_length_mm": "bent over its last {} mm", "curved_angle_deg": "by {}°",
            "roll_deg": "turned by {}° at the start"}
 

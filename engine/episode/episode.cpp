@@ -193,7 +193,7 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     made.devices.clear();
     for (const exercise::PulsedDevice& device : pulse.devices)
         made.devices.push_back(
-            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
+            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, device.seen(), shift)));
     made.extravasation.reset();
     if (leaks)
         made.extravasation =
@@ -506,6 +506,9 @@ constexpr ListField lists[] = {
      joints<script::DeviceRole::Intermediate>},
     {"intermediate_px", "pixels", "the same joints in the image", 2,
      pixels<script::DeviceRole::Intermediate>},
+    {"balloon_mm", "mm", "of the balloon's catheter; none without one, or where it is out", 3,
+     joints<script::DeviceRole::Balloon>},
+    {"balloon_px", "pixels", "the same joints in the image", 2, pixels<script::DeviceRole::Balloon>},
     {"catheter_mm", "mm", "joints of the catheter; none without one, or where it is out", 3,
      joints<script::DeviceRole::Catheter>},
     {"catheter_px", "pixels", "the same joints in the image", 2, pixels<script::DeviceRole::Catheter>},

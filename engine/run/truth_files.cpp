@@ -48,8 +48,8 @@ std::string length_file(int frame, std::size_t layer) {
 
 bool is_truth_ending(const std::string& ending) {
     for (const char* known :
-         {".json", "_wire.png", "_microcatheter.png", "_intermediate.png", "_catheter.png", "_sheath.png",
-          "_vessels.png", "_extravasation.png", "_signal.png", "_expected.png", "_labels.png"})
+         {".json", "_wire.png", "_microcatheter.png", "_intermediate.png", "_balloon.png", "_catheter.png",
+          "_sheath.png", "_vessels.png", "_extravasation.png", "_signal.png", "_expected.png", "_labels.png"})
         if (ending == known) return true;
     return ending.starts_with("_length_") && ending.ends_with(".png");
 }

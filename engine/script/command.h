@@ -11,7 +11,7 @@
 ///     31      inject 6 ml at 3 ml/s through catheter     # or another device that has a lumen
 ///     32      inject 5 ml at 2 ml/s through introducer       # where the devices enter
 ///     40      advance catheter 5 mm      # of a device: wire (the default), microcatheter, intermediate,
-///                                        # catheter, sheath, or all of them
+///                                        # balloon, catheter, sheath, or all of them
 ///     50      rotate catheter 20 deg
 ///     55      grip wire 30 mm            # the hand holds it 30 mm from the valve; the default is 100 mm
 ///     56      pin wire on                # it stays while others move; 'pin wire off': its valve alone holds
@@ -82,14 +82,15 @@
 namespace script {
 
 /// What the hand holds: one of a scenario's devices, which lie in each other in this order, or all of them.
-enum class DeviceRole { Wire, Microcatheter, Intermediate, Catheter, Sheath, All };
-inline constexpr std::array<std::string_view, 6> role_names = {"wire",     "microcatheter", "intermediate",
-                                                               "catheter", "sheath",        "all"};
+/// A balloon's catheter may carry a stent.
+enum class DeviceRole { Wire, Microcatheter, Intermediate, Balloon, Catheter, Sheath, All };
+inline constexpr std::array<std::string_view, 7> role_names = {
+    "wire", "microcatheter", "intermediate", "balloon", "catheter", "sheath", "all"};
 inline constexpr std::string_view name_of(DeviceRole held) {
     return role_names[static_cast<std::size_t>(held)];
 }
 /// Devices that a scenario can have.
-inline constexpr int most_devices = 5;
+inline constexpr int most_devices = 6;
 /// The device, or all, by its name; empty for a name that none has. "both" is an older word for all.
 std::optional<DeviceRole> role_named(std::string_view);
 /// The names of devices, without "all".
