@@ -14,14 +14,12 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr double spacing = physics::Narrowing::spacing;
 constexpr std::size_t open_ends = 2;  // samples at either end where the tube is wider than any vessel
 constexpr double past_ends = 4;       // samples go on past the stretch's ends by this [mm]
 constexpr double from_origin = 0.5;   // of the radius: nearer to its origin a branch is left open [-]
 constexpr double shortest = 3;        // of what is left of a stretch in its branch [mm]
 constexpr double shoulder = 0.25;     // of its length, in which it opens to either side [-]
 constexpr double untouched = 0.1;     // between the lumen and a tube that does nothing [mm]
-constexpr double uneven = 1.5;        // a vessel's wall lies within so many of its radii [-]
 
 /// Where a stretch begins and ends, from the branch's origin: not in the mouth of its parent.
 std::pair<double, double> extent(const BranchArc& branch_arc, double at, double over) {
@@ -83,9 +81,9 @@ BranchStretch stretch_of(const anatomy::Anatomy& anatomy, int branch, double at,
     place.from = from, place.to = to;
     const double first = std::max(from - past_ends, branch_arc.arcs.front()),
                  last = std::min(to + past_ends, branch_arc.length), slope = shoulder * (to - from);
-    const int count = static_cast<int>(std::floor((last - first) / spacing)) + 1;
+    const int count = static_cast<int>(std::floor((last - first) / physics::Narrowing::spacing)) + 1;
     for (int k = 0; k < count; ++k) {
-        const double s = first + k * spacing;
+        const double s = first + k * physics::Narrowing::spacing;
         place.axis.push_back(branch_arc.point(s));
         place.arc.push_back(s);
         place.lumen.push_back(branch_arc.radius(s));
@@ -100,14 +98,14 @@ BranchStretch stretch_of(const anatomy::Anatomy& anatomy, int branch, double at,
     double reach = 0;
     const Vec3& middle = place.axis[place.axis.size() / 2];
     for (std::size_t k = 0; k < wall.size(); ++k)
-        reach = std::max(reach, (place.axis[k] - middle).norm() + uneven * place.lumen[k]);
+        reach = std::max(reach, (place.axis[k] - middle).norm() + BranchStretch::uneven * place.lumen[k]);
     for (const Vec3& v : anatomy.lumen.vertices) {
         if ((v - middle).squaredNorm() > reach * reach) continue;
         std::size_t nearest = 0;
         for (std::size_t k = 1; k < wall.size(); ++k)
             if ((v - place.axis[k]).squaredNorm() < (v - place.axis[nearest]).squaredNorm()) nearest = k;
         const double away = (v - place.axis[nearest]).norm();
-        if (away < uneven * place.lumen[nearest]) wall[nearest] = std::max(wall[nearest], away);
+        if (away < BranchStretch::uneven * place.lumen[nearest]) wall[nearest] = std::max(wall[nearest], away);
     }
     for (std::size_t k = 0; k < wall.size(); ++k) {
         const std::size_t before = k < 2 ? 0 : k - 2, after = std::min(k + 3, wall.size());
@@ -136,7 +134,7 @@ blood::Obstruction BranchStretch::obstruction(int branch, std::span<const double
     made.middle = axis[axis.size() / 2];
     for (std::size_t k = 0; k < radii.size(); ++k) {
         const double left = std::min(lumen[k], radii[k]);
-        made.laminar += blood::laminar_loss(spacing, left, lumen[k]);
+        made.laminar += blood::laminar_loss(physics::Narrowing::spacing, left, lumen[k]);
         made.turbulent = std::max(made.turbulent, blood::expansion_loss(left, lumen[k]));
     }
     return made;

@@ -44,6 +44,8 @@ struct BranchArc {
 
 /// Samples along a branch, physics::Narrowing::spacing apart, and 4 mm beyond both ends of the stretch.
 struct BranchStretch {
+    static constexpr double uneven = 1.5;  // a vessel's wall lies within so many of its radii [-]
+
     std::vector<geometry::Vec3> axis;   // on the centreline [mm]
     std::vector<geometry::Vec3> along;  // unit
     /// Unit, across the branch: the side that a flap leaves free, seen in profile from the front.

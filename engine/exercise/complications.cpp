@@ -13,8 +13,6 @@ namespace {
 using geometry::Vec3;
 using script::ComplicationKind;
 
-constexpr double spacing = physics::Narrowing::spacing;
-constexpr double uneven = 1.5;           // a vessel's wall lies within so many of its radii [-]
 constexpr double clot_shear = 1e-3;      // that a fresh clot bears: 1 kPa, an estimate [N/mm²]
 constexpr double spasm_pressure = 1e-2;  // on what lies in it: 10 kPa, an estimate [N/mm²]
 constexpr double full_pressure = 0.2;    // is reached where a device keeps the wall away by this [mm]
@@ -93,7 +91,7 @@ std::vector<double> Complications::room_for(const physics::Chain& chain, const C
             if ((chain.joints[j] - place.axis[k]).squaredNorm() <
                 (chain.joints[j] - place.axis[nearest]).squaredNorm())
                 nearest = k;
-        if ((chain.joints[j] - place.axis[nearest]).norm() > uneven * place.lumen[nearest] + spacing)
+        if ((chain.joints[j] - place.axis[nearest]).norm() > BranchStretch::uneven * place.lumen[nearest] + physics::Narrowing::spacing)
             continue;
         const double needed = chain.inner_radius() + chain.thickness[j] + room_left;
         for (std::size_t k = nearest < beside ? 0 : nearest - beside;

@@ -29,7 +29,7 @@ void Simulation::move_segments(StepReport& report) {
     const int budget = scenario_.budget.updates,
               fraction = std::max({1, budget / (parts + 1), budget / least_fraction});
     for (Motion& motion : waiting_) {
-        if (!motion.exchange.empty()) exchange_wire(motion, report);
+        if (!motion.exchange.empty()) exchange_device(motion, report);
         if (motion.insertion != 0) feed_segments(motion, fraction, report);
         if (motion.rotation != 0) turn(motion, fraction, report);
     }

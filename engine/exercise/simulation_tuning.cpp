@@ -63,7 +63,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     hub_.reset();  // they belong to the wall
     relaxer_.reset();
     if (wall) wall_ = std::move(wall);
-    take_up_complications();
+    take_up_changes();
     scenario_ = std::move(changed);
     if (exchanged_name_.empty()) place_devices();
     know_vessels();

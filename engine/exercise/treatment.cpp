@@ -19,7 +19,6 @@ using physics::OpenedPlace;
 
 constexpr double spacing = physics::Narrowing::spacing;
 constexpr double same_place = 0.75;  // a place of a lesion and one of a device as near along the chain [mm]
-constexpr double in_vessel = 1.5;    // radii from its axis within which a chain lies in a vessel [-]
 constexpr double seals = 0.97;       // of the lumen's radius, from which a balloon lets no blood by [-]
 constexpr double play = 0.02;        // of an inflated balloon in its vessel [mm]
 constexpr double seen_step = 0.1;    // of a lumen's radius in the image [mm]
@@ -287,7 +286,7 @@ bool Treatment::move_lesions(const Along& along, double most) {
         const physics::PlaqueLaw plaque = plaque_of(specs_[n]);
         for (std::size_t k = 0; k < lesions_[n].places.size(); ++k) {
             OpenedPlace& place = lesions_[n].places[k];
-            const double arc = along.arc_of(stretches_[n].axis[k], in_vessel * place.reference);
+            const double arc = along.arc_of(stretches_[n].axis[k], BranchStretch::uneven * place.reference);
             arcs_[n].push_back(arc);
             physics::Loads loads;
             if (!std::isnan(arc) && arc < along.length()) loads = along.loads(arc, inflation());
@@ -309,7 +308,7 @@ bool Treatment::move_stents(const Along& along, double most) {
                 sample.place = lesions_[static_cast<std::size_t>(sample.lesion)]
                                    .places[static_cast<std::size_t>(sample.lesion_place)];
             } else {
-                const double arc = along.arc_of(sample.at, in_vessel * sample.place.reference);
+                const double arc = along.arc_of(sample.at, BranchStretch::uneven * sample.place.reference);
                 physics::Loads loads;
                 if (!std::isnan(arc) && arc < along.length()) loads = along.loads(arc, inflation());
                 loads.stent = &stent.spec.law;
