@@ -95,9 +95,9 @@ bool Simulation::renew_vessels(std::string* said) {
 }
 
 /// What complications and a treatment change of vessels and devices by a frame, of a chain at rest. Where it
-/// finds no rest in what they leave of the lumen with a part of the frame's work, all stays as it was, and the
-/// chain goes back to its last rest, which is to be settled: true. The next frame tries again. What was relieved
-/// goes, and a balloon deflates, in any case.
+/// finds no rest in what complications leave of the lumen with a part of the frame's work, or none at all around a
+/// balloon, all stays as it was, and the chain goes back to its last rest, which is to be settled: true. The next
+/// frame tries again. What was relieved goes, and a balloon deflates, in any case.
 bool Simulation::change_vessels(StepReport& report) {
     constexpr int fraction = 4;  // of the frame's work
     if (!complications_.in_vessels() && !treatment_.given()) return false;
@@ -112,9 +112,8 @@ bool Simulation::change_vessels(StepReport& report) {
         take_up_changes();
         hub_->wall_has_changed();
         account(hub_->settle(moving_, frame_updates() / fraction), report);
-        const bool at_rest = !hub_->working() && !is_lost();
         const bool closes = complications_.in_vessels() && !going(complications_);
-        if (!at_rest && (closes || rises)) {
+        if (hub_->working() ? closes : is_lost() && (closes || rises)) {
             complications_ = std::move(before);
             treatment_ = std::move(untreated);
             take_up_changes();
