@@ -103,7 +103,7 @@ scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scen
     scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
     if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
     if (device.kind != scenario::DeviceKind::Wire)
-        throw io::InputError("'{}' is a catheter; expected a wire", name);
+        throw io::InputError("'{}' is a {}; expected a wire", name, scenario::name_of(device.kind));
     const double lumen = scenario.devices.at(1).device.inner_diameter;
     if (device.outer_diameter >= lumen)
         throw io::InputError(
