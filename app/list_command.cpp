@@ -271,7 +271,7 @@ Command add_list(CLI::App& parser) {
         "List the exercises, or the devices, that there are, or describe one\n\n"
         "Examples:\n"
         "  seldinger list                   the exercises, by level\n"
-        "  seldinger list devices           wires and catheters of the catalogue\n"
+        "  seldinger list devices           wires, catheters, balloons, stents of the catalogue\n"
         "  seldinger list renal             target, ends, branches, benchmark and hints of "
         "one scenario");
     command

@@ -8,9 +8,9 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/plot.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
+#include "engine/scenario/device_treatment.h"
 #include "physics/geometry/maths.h"
 
 namespace scenario {
@@ -22,7 +22,7 @@ using geometry::Vec3;
 constexpr double longest_device = 3500;                // [mm]
 constexpr double longest_tip = 1000;                   // and its transition [mm]
 constexpr double longest_bend = 200, most_bend = 270;  // of a scenario's [mm], [deg]
-constexpr std::string_view kinds[] = {"wire", "catheter"};
+constexpr std::string_view kinds[] = {"wire", "catheter", "balloon", "stent"};
 
 io::Range up_to(double most) {
     return {0, most};
@@ -34,8 +34,7 @@ void each_value(Device& d, TipAndShaft* stiffness, const Number& number) {
     using Limits = physics::DeviceLimits;
     number("length_mm", d.length, io::Range{100, longest_device});
     number("outer_diameter_mm", d.outer_diameter, io::Range{0.05, Limits::diameter});
-    if (d.kind == DeviceKind::Catheter)
-        number("inner_diameter_mm", d.inner_diameter, io::Range{0.05, Limits::diameter});
+    if (has_lumen(d.kind)) number("inner_diameter_mm", d.inner_diameter, io::Range{0.05, Limits::diameter});
     if (stiffness) {
         number("shaft_rigidity_N_mm2", stiffness->shaft_rigidity, io::Range{1e-3, Limits::rigidity});
         number("tip_rigidity_N_mm2", stiffness->tip_rigidity, io::Range{1e-3, Limits::rigidity});
@@ -52,12 +51,14 @@ template <class Number>
 void each_further_value(Device& d, const Number& number) {
     using Limits = physics::DeviceLimits;
     number("static_friction", d.static_friction, up_to(Limits::friction));
-    if (d.kind == DeviceKind::Catheter) {
+    if (has_lumen(d.kind)) {
         number("inner_friction", d.inner_friction, up_to(Limits::friction));
         number("static_inner_friction", d.static_inner_friction, up_to(Limits::friction));
     }
     number("valve_friction_N", d.valve_friction, up_to(Limits::valve_friction));
     number("static_valve_friction_N", d.static_valve_friction, up_to(Limits::valve_friction));
+    if (d.kind == DeviceKind::Balloon || d.kind == DeviceKind::Stent)
+        number("wire_lumen_mm", d.wire_lumen, io::Range{10, longest_device});
 }
 
 /// A kinetic value of friction, the static one of the same surface, and their keys.
@@ -70,7 +71,7 @@ struct FrictionPair {
 template <class Use>
 void each_friction(Device& d, const Use& use) {
     use(FrictionPair{"friction", "static_friction", d.friction, d.static_friction});
-    if (d.kind == DeviceKind::Catheter)
+    if (has_lumen(d.kind))
         use(FrictionPair{"inner_friction", "static_inner_friction", d.inner_friction,
                          d.static_inner_friction});
     use(FrictionPair{"valve_friction_N", "static_valve_friction_N", d.valve_friction,
@@ -175,7 +176,7 @@ void fit_look(Device& d) {
 void read_look(io::Section look, Device& d, std::vector<std::string>& given) {
     render::WireLook& seen = d.look;
     fit_look(d);
-    if (d.kind == DeviceKind::Catheter) {
+    if (has_lumen(d.kind)) {
         seen.body = render::Material::BariumPolymer;
         seen.marker = render::Material::TungstenPolymer;
         seen.marker_length = 3;
@@ -200,25 +201,64 @@ void read_look(io::Section look, Device& d, std::vector<std::string>& given) {
 }
 
 void read_sources(io::Section sources, const std::vector<std::string>& given, Device& d) {
-    for (const std::string& key : given) {
-        std::string& source = d.sources[key];
-        if (!sources.word(key, source))
-            sources.missing(key, "the source of the value, or 'estimate: …' with its reason");
+    // Of a key of [balloon] in [sources.balloon].
+    for (const std::string_view part : {"", "balloon", "stent"}) {
+        std::vector<std::pair<const std::string*, std::string_view>>
+            keys;  // and what it is called in the part
+        for (const std::string& key : given) {
+            const std::size_t dot = std::min(key.find('.'), key.size());
+            const std::string_view of = dot < key.size() ? std::string_view(key).substr(0, dot) : "";
+            if (of == part) keys.emplace_back(&key, std::string_view(key).substr(of.empty() ? 0 : dot + 1));
+        }
+        if (keys.empty()) continue;
+        std::optional<io::Section> nested;
+        if (!part.empty()) nested.emplace(sources.section(part, true));
+        io::Section& section = nested ? *nested : sources;
+        for (const auto& [key, name] : keys)
+            if (!section.word(name, d.sources[*key]))
+                section.missing(
+                    name,
+                    fmt::format("'{}', the source of the value, or 'estimate: …' with its reason,", name));
+        if (nested) nested->finish();
     }
     sources.finish();
-}
-
-std::string quoted(const std::string& text) {
-    std::string result;
-    for (const char c : text)
-        result += c == '"' || c == '\\' || static_cast<unsigned char>(c) < ' ' ? '\'' : c;
-    return result;
 }
 
 }  // namespace
 
 std::string_view name_of(DeviceKind kind) {
     return kinds[static_cast<std::size_t>(kind)];
+}
+
+std::string names_of(std::span<const DeviceKind> of) {
+    std::vector<std::string_view> names;
+    for (const DeviceKind kind : of) names.push_back(name_of(kind));
+    return io::joined(names, " or ");
+}
+
+namespace {
+
+/// What a wire or a plain catheter has none of.
+struct Treatment {
+    std::optional<Balloon> balloon;
+    std::optional<Stent> stent;
+    double wire_lumen = 0;
+    void state(geometry::StateStream& s) { s(balloon, stent, wire_lumen); }
+};
+
+}  // namespace
+
+void Device::state(geometry::StateStream& s) {
+    DeviceSpec::state(s);
+    // The hashes of wires and catheters are those of before there were balloons.
+    std::vector<Treatment> treatment;
+    if (balloon || stent || wire_lumen != 0) treatment.push_back({balloon, stent, wire_lumen});
+    s.unless_empty(treatment);
+    if (!s.restores()) return;
+    const Treatment read = treatment.empty() ? Treatment() : treatment.front();
+    balloon = read.balloon;
+    stent = read.stent;
+    wire_lumen = read.wire_lumen;
 }
 
 Device parse_device(const std::string& text, const std::filesystem::path& file) {
@@ -229,7 +269,7 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     io::Section top(reading, &root, "");
     top.schema();
     if (!top.word("title", d.title)) top.missing("title", "title");
-    if (!top.find("kind")) top.missing("kind", "kind = \"wire\" or \"catheter\"");
+    if (!top.find("kind")) top.missing("kind", "kind = " + io::joined(kinds, ", "));
     if (const auto kind = top.choice("kind", kinds)) d.kind = static_cast<DeviceKind>(*kind);
     std::vector<std::string> given;
     top.number("length_mm", d.length, io::Range{100, longest_device});
@@ -237,6 +277,7 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     read_values(top, d, given);
     read_shape(top, d, given);
     read_look(top.section("look", false), d, given);
+    read_treatment(top, d, given);
     read_sources(top.section("sources", true), given, d);
     top.finish();
     if (d.inner_diameter >= d.outer_diameter)
@@ -307,17 +348,18 @@ std::vector<std::filesystem::path> device_files(const std::filesystem::path& fol
 }
 
 std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder,
-                                  std::optional<DeviceKind> kind) {
+                                  std::span<const DeviceKind> of) {
     if (path_or_name.ends_with(".toml")) return path_or_name;
     std::vector<std::string> names;
     for (const std::filesystem::path& file : device_files(folder)) {
         if (file.stem() == path_or_name) return file;
-        if (!kind || load_device(file).kind == *kind) names.push_back(file.stem().string());
+        if (of.empty() || std::ranges::count(of, load_device(file).kind) > 0)
+            names.push_back(file.stem().string());
     }
     const std::vector<std::string_view> known(names.begin(), names.end());
-    throw io::InputError("expected a {} of the catalogue or a file (.toml), found '{}'{}; {}s are: {}",
-                         kind ? name_of(*kind) : "device", path_or_name, io::suggestion(path_or_name, known),
-                         kind ? name_of(*kind) : "device", io::joined(names));
+    throw io::InputError("expected a {} of the catalogue or a file (.toml), found '{}'{}; there are: {}",
+                         of.empty() ? "device" : names_of(of), path_or_name,
+                         io::suggestion(path_or_name, known), io::joined(names));
 }
 
 std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {
@@ -385,52 +427,6 @@ Polyline free_shape(const Device& d, double straight) {
         }
     }
     return line;
-}
-
-void draw_device(const Device& d, const std::filesystem::path& png) {
-    if (png.extension() != ".png")
-        throw io::InputError(png.string() + ": expected a file name that ends in .png");
-    const io::ScratchFolder scratch;
-    std::string shape, stiffness;
-    for (const Vec3& p : free_shape(d, std::max(15.0, 0.4 * physics::shaped_length(d))))
-        shape += fmt::format("{},{},{}\n", p.x(), p.y(), p.z());
-    const double shown = std::min(d.length, 2 * physics::varying_length(d) + 50);
-    for (int k = 0; k <= 400; ++k) {
-        const double s = shown * k / 400;
-        stiffness += fmt::format("{},{}\n", s, physics::rigidity_at(d, s));
-    }
-    io::write_whole(scratch.path() / "shape.csv", shape);
-    io::write_whole(scratch.path() / "stiffness.csv", stiffness);
-    const bool solid =
-        std::ranges::none_of(d.shape, [](const physics::RestArc& arc) { return arc.plane != 0; });
-    io::Plot plot{"device", "", 1000, 760};
-    plot.commands = fmt::format(
-        "set datafile separator ','\nset multiplot title \"{} – {}\" noenhanced\nset grid lc rgb '#dddddd'\n"
-        "set size 0.62,0.9\nset origin 0.0,0.02\nset size ratio -1\nset offsets 6,6,6,6\nset xlabel "
-        "'mm'\nset ylabel 'mm'\nset title 'free shape{}'\n"
-        "plot 'shape.csv' using 1:2 with lines lw {} lc rgb '#0072B2' notitle{}\n"
-        "set size noratio\nset offsets 0,0,0,0\nset size 0.38,0.46\nset origin 0.61,0.46\nset logscale "
-        "y\nset xlabel 'from the distal end [mm]'\nset ylabel 'EI [N mm^2]'\nset title 'EI along it'\n"
-        "plot [][*:*] 'stiffness.csv' using 1:2 with lines lw 2 lc rgb '#D55E00' notitle\n"
-        "unset logscale\nset size 0.38,0.46\nset origin 0.61,0.01\nset size ratio -1\nset xlabel 'mm'\nset "
-        "ylabel ''\nset title 'cross-section of the shaft'\nset parametric\nset trange [0:2*pi]\nset xrange "
-        "[{}:{}]\nset yrange [{}:{}]\n"
-        "set object 1 circle at 0,0 size {} fillcolor rgb '#9db8cc' fillstyle solid border rgb '#0072B2'\n{}"
-        "plot 0,0 with points pt 0 notitle\nunset multiplot\n",
-        quoted(d.name), quoted(d.title), solid ? "" : ", seen across its first plane (dashed: from the side)",
-        std::clamp(2 * d.outer_diameter, 1.5, 5.0),
-        solid ? "" : ", 'shape.csv' using 1:3 with lines lw 1 dt 2 lc rgb '#777777' notitle",
-        -d.outer_diameter, d.outer_diameter, -0.7 * d.outer_diameter, 0.7 * d.outer_diameter,
-        0.5 * d.outer_diameter,
-        d.inner_diameter > 0
-            ? fmt::format("set object 2 circle at 0,0 size {} fillcolor rgb '#ffffff' fillstyle solid border "
-                          "rgb '#0072B2' front\n",
-                          0.5 * d.inner_diameter)
-            : std::string());
-    if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
-        throw io::InputError("no picture of " + d.name + ": " + notice);
-    io::write_whole(
-        png, io::read_text(scratch.path() / "device.png", "picture", "expected one that gnuplot drew"));
 }
 
 }  // namespace scenario

@@ -52,10 +52,10 @@ void device_problems(const Scenario& s, const Say& say) {
             say(innermost ? "entry.inserted_mm" : section + ".inserted_mm",
                 fmt::format("a {} of {:g} mm cannot be in by {:g} mm; expected at most its length",
                             placed.name(), device.length, placed.inserted));
-        if (!innermost && s.devices[k - 1].device.outer_diameter >= device.inner_diameter)
+        if (!innermost && s.devices[k - 1].device.widest() >= device.inner_diameter)
             say(s.devices[k - 1].section + ".diameter_mm",
                 fmt::format("a {} of {:g} mm does not fit a {}'s lumen of {:g} mm; expected a thinner one",
-                            s.devices[k - 1].name(), s.devices[k - 1].device.outer_diameter, placed.name(),
+                            s.devices[k - 1].name(), s.devices[k - 1].device.widest(), placed.name(),
                             device.inner_diameter));
     }
     std::vector<physics::Device> on_this_wall(s.devices.size());
@@ -83,6 +83,14 @@ void device_problems(const Scenario& s, const Say& say) {
 }
 
 }  // namespace
+
+std::span<const DeviceKind> kinds_of(script::DeviceRole role) {
+    static constexpr DeviceKind wires[] = {DeviceKind::Wire}, catheters[] = {DeviceKind::Catheter},
+                                balloons[] = {DeviceKind::Balloon, DeviceKind::Stent};
+    if (role == script::DeviceRole::Wire) return wires;
+    if (role == script::DeviceRole::Balloon) return balloons;
+    return catheters;
+}
 
 std::optional<int> Scenario::index_of(script::DeviceRole role) const {
     const auto found = std::ranges::find(devices, role, &PlacedDevice::role);
@@ -156,7 +164,7 @@ std::vector<std::string> problems(const Scenario& s) {
 
 double Scenario::thickest_radius() const {
     double most = 0;
-    for (const PlacedDevice& placed : devices) most = std::max(most, 0.5 * placed.device.outer_diameter);
+    for (const PlacedDevice& placed : devices) most = std::max(most, 0.5 * placed.device.widest());
     return most;
 }
 

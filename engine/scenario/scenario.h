@@ -142,6 +142,9 @@ struct PlacedDevice {
     bool starts_inside() const { return role == script::DeviceRole::Wire || inserted > 0; }
 };
 
+/// Of which kinds a device in this role may be.
+std::span<const DeviceKind> kinds_of(script::DeviceRole);
+
 /// Shaft between hand and valve [mm] for which buckling forces are stated: with it the Euler loads of the
 /// catalogue's wires are about the forces that models of vessels saw.
 inline constexpr double free_shaft = 100;

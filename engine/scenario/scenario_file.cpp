@@ -94,20 +94,21 @@ void read_device(io::Section& section, script::DeviceRole role, const std::strin
     placed.role = role;
     placed.section = name;
     Device& device = placed.device;
-    const DeviceKind kind = role == script::DeviceRole::Wire ? DeviceKind::Wire : DeviceKind::Catheter;
+    const std::span<const DeviceKind> kinds = kinds_of(role);
     const toml::node* node = section.find("device");
-    std::string wanted = kind == DeviceKind::Wire ? usual_wire : "";
+    std::string wanted = role == script::DeviceRole::Wire ? usual_wire : "";
     if (!node && wanted.empty())
-        section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
+        section.missing("device", fmt::format("device = \"NAME\" of a {} of the catalogue, or its file,",
+                                              names_of(kinds)));
     if (node) section.word("device", wanted);
     if (!wanted.empty()) {
         try {
             s.files.push_back(wanted.ends_with(".toml") ? file.parent_path() / wanted
-                                                        : find_device(wanted, s.catalogue, kind));
+                                                        : find_device(wanted, s.catalogue, kinds));
             device = load_device(s.files.back());
-            if (!takes(role, device.kind) && node)
+            if (std::ranges::count(kinds, device.kind) == 0 && node)
                 section.refuse("device", *node,
-                               fmt::format("expected a {}, found '{}', a {}", name_of(kind), wanted,
+                               fmt::format("expected a {}, found '{}', a {}", names_of(kinds), wanted,
                                            name_of(device.kind)));
         } catch (const io::InputError& error) {
             if (node)
@@ -116,6 +117,7 @@ void read_device(io::Section& section, script::DeviceRole role, const std::strin
                 section.refuse_whole(error.what());
         }
     }
+    if (std::ranges::count(kinds, device.kind) == 0) device.kind = kinds.front();
     section.number("inserted_mm", placed.inserted, {0, 2000});
     section.number("roll_deg", placed.roll, {-360, 360}, geometry::degree);
     section.flag("pinned", placed.pinned);

@@ -1,26 +1,74 @@
 #include <algorithm>
+#include <cassert>
+#include <numbers>
 
 #include "physics/wall/opening.h"
 
 namespace physics {
 namespace {
-double line(double a, double b, double fa, double fb, double x) { return fa + (x - a) / (b - a) * (fb - fa); }
+
+/// A line of diameter over pressure through a row. It meets its row exactly.
+struct BalloonLine {
+    BalloonLaw::Row at;
+    double slope = 0;  // [mm/atm]
+
+    double diameter(double pressure) const { return at.diameter + slope * (pressure - at.pressure); }
+    double pressure(double diameter) const { return at.pressure + (diameter - at.diameter) / slope; }
+};
+
+BalloonLine line_of(const BalloonLaw::Row& from, const BalloonLaw::Row& to) {
+    return {from, (to.diameter - from.diameter) / (to.pressure - from.pressure)};
+}
+
+/// Where it has unfolded.
+BalloonLaw::Row unfolded_row(const BalloonLaw& law) {
+    const BalloonLaw::Row& first = law.table.front();
+    if (first.pressure <= BalloonLaw::unfolds_at) return first;
+    const double diameter = line_of(first, law.table[1]).diameter(BalloonLaw::unfolds_at);
+    return diameter > law.profile ? BalloonLaw::Row{BalloonLaw::unfolds_at, diameter} : first;
+}
+
+/// The line of the first piece for whose end, a row, `before(row)` holds; else of the last one, from its end
+/// on.
+template <class Before>
+BalloonLine line_at(const BalloonLaw& law, const Before& before) {
+    assert(law.table.size() >= 2);
+    if (const BalloonLaw::Row unfolded = unfolded_row(law); before(unfolded))
+        return line_of({0, law.profile}, unfolded);
+    for (std::size_t k = 1; k < law.table.size(); ++k)
+        if (before(law.table[k])) return line_of(law.table[k - 1], law.table[k]);
+    BalloonLine last = line_of(law.table[law.table.size() - 2], law.table.back());
+    last.at = law.table.back();
+    return last;
+}
+
 }  // namespace
-double BalloonLaw::diameter(double p) const {
-    if (p <= 0) return profile;
-    const double unfolded = std::min(unfolds_at, table.front().pressure);
-    const auto on_table = [&](double q) {
-        std::size_t k = 1;
-        while (k + 1 < table.size() && q > table[k].pressure) ++k;
-        return line(table[k - 1].pressure, table[k].pressure, table[k - 1].diameter, table[k].diameter, q);
+
+double BalloonLaw::diameter(double pressure) const {
+    if (pressure <= 0) return profile;
+    return line_at(*this, [pressure](const Row& row) { return pressure < row.pressure; }).diameter(pressure);
+}
+
+double BalloonLaw::wall_pressure(double diameter) const {
+    if (diameter <= profile) return 0;
+    return line_at(*this, [diameter](const Row& row) { return diameter < row.diameter; }).pressure(diameter);
+}
+
+double BalloonLaw::energy(double diameter) const {
+    double sum = 0, from = profile;
+    const auto up_to = [&](double to) {
+        to = std::min(to, diameter);
+        if (to <= from) return;
+        // The pressure is linear in between, times the diameter quadratic: Simpson's rule is exact.
+        const double middle = 0.5 * (from + to);
+        sum += (to - from) / 6 *
+               (wall_pressure(from) * from + 4 * wall_pressure(middle) * middle + wall_pressure(to) * to);
+        from = to;
     };
-    if (p < unfolded) return line(0, unfolded, profile, on_table(unfolded), p);
-    return on_table(p);
+    up_to(unfolded_row(*this).diameter);
+    for (const Row& row : table) up_to(row.diameter);
+    up_to(diameter);
+    return 0.5 * std::numbers::pi * sum;
 }
-double BalloonLaw::wall_pressure(double d) const {
-    double low = 0, high = 200;
-    if (d <= profile) return 0;
-    for (int k = 0; k < 60; ++k) (diameter(0.5 * (low + high)) < d ? low : high) = 0.5 * (low + high);
-    return low;
-}
+
 }  // namespace physics

@@ -31,7 +31,7 @@ std::string refusal_of(const std::string& toml) {
 }
 
 TEST(Device, WhatShipsIsWholeAndEveryValueHasASource) {
-    int wires = 0, catheters = 0;
+    int wires = 0, catheters = 0, balloons = 0, stents = 0;
     for (const std::filesystem::path& file : device_files(catalogue())) {
         const Device d = load_device(file);
         EXPECT_GE(d.sources.size(), 9u) << d.name;
@@ -40,8 +40,17 @@ TEST(Device, WhatShipsIsWholeAndEveryValueHasASource) {
             ++catheters;
             EXPECT_GT(d.inner_diameter, d.name.starts_with("micro") ? 0.4 : 0.9) << d.name;
             // Sheaths are straight, and microcatheters and guides that others lead.
-            const bool straight = d.name == "sheath12f" || d.name == "micro17" || d.name == "guide6f";
+            const bool straight = d.name.starts_with("sheath") || d.name.starts_with("guidesheath") ||
+                                  d.name == "micro17" || d.name == "guide6f";
             EXPECT_EQ(d.shape.empty(), straight) << d.name;
+        } else if (d.kind != DeviceKind::Wire) {
+            ++(d.kind == DeviceKind::Balloon ? balloons : stents);
+            EXPECT_EQ(d.stent.has_value(), d.kind == DeviceKind::Stent) << d.name;
+            EXPECT_EQ(d.balloon.has_value(), !d.stent || !d.stent->law.self_expanding) << d.name;
+            if (d.balloon) {
+                EXPECT_NE(d.sources.at("balloon.compliance"), "") << d.name;
+                EXPECT_GT(d.widest(), d.outer_diameter) << d.name;
+            }
         } else {
             ++wires;
             EXPECT_GT(usual_segment_length(d), 0.5) << d.name;
@@ -49,6 +58,8 @@ TEST(Device, WhatShipsIsWholeAndEveryValueHasASource) {
     }
     EXPECT_GE(wires, 10);
     EXPECT_GE(catheters, 10);
+    EXPECT_GE(balloons, 7);
+    EXPECT_GE(stents, 5);
 }
 
 /// What a preset was: words for a device of the catalogue.
@@ -205,10 +216,144 @@ TEST(Device, SenselessFilesAreRefused) {
     test::expect_said(refusal_of(test::replaced(good, "length_mm = 650", "length_mm = 100")), "shorter one");
     test::expect_said(refusal_of(test::replaced(good, "angle_deg = 90", "angle_deg = nan")), "angle_deg");
     test::expect_said(refusal_of(test::replaced(good, "friction = 0.2", "friction = -1")), "friction");
-    test::expect_said(refusal_of(test::replaced(good, "kind = \"catheter\"", "kind = \"stent\"")), "wire");
+    test::expect_said(refusal_of(test::replaced(good, "kind = \"catheter\"", "kind = \"probe\"")), "wire");
     test::expect_said(refusal_of(test::replaced(good, "\nfriction = \"", "\n#friction = \"")), "source");
     test::expect_said(refusal_of(test::replaced(good, "schema = 1", "schema = 1\ncolour = 3")), "colour");
     test::expect_said(refusal_of("[[["), "not TOML");
+}
+
+/// Each is a balloon's or a stent's file with one piece of text replaced.
+struct WrongTreatment {
+    const char *device, *from, *to, *said;
+};
+
+TEST(Device, SenselessBalloonsAndStentsAreRefused) {
+    const std::string rows =
+        "[[2, 5.66], [4, 5.85], [6, 6], [8, 6.11], [10, 6.21], [12, 6.3], [14, 6.38], [16, "
+        "6.46]]";
+    const WrongTreatment cases[] = {
+        {"pta6x20", "kind = \"balloon\"", "kind = \"catheter\"", "a catheter with a [balloon]"},
+        {"pta6x20", "kind = \"balloon\"", "kind = \"stent\"", "section [stent] is missing"},
+        {"pta6x20", "[balloon]", "[bubble]", "section [balloon] is missing"},
+        {"pta6x20", "nominal_atm = 6\n", "", "nominal_atm = ... in [balloon] is missing"},
+        {"pta6x20", "nominal_atm = 6\n", "nominal_atm = 1\n", "2 to 16 atm"},
+        {"pta6x20", "rated_atm = 14\n", "rated_atm = 18\n", "2 to 16 atm"},
+        {"pta6x20", "rated_atm = 14\n", "rated_atm = 4\n", "nominal 6 atm"},
+        {"pta6x20", rows.c_str(), "[[6, 6]]", "at least two rows"},
+        {"pta6x20", rows.c_str(), "3", "at least two rows"},
+        {"pta6x20", "[4, 5.85]", "[4, 5.6]", "of the row before"},
+        {"pta6x20", "[4, 5.85]", "[2, 5.85]", "of the row before"},
+        {"pta6x20", "[4, 5.85]", "[4]", "expected a row [atm, mm]"},
+        {"pta6x20", "[4, 5.85]", "[4, nan]", "expected a row [atm, mm]"},
+        {"pta6x20", "[4, 5.85]", "[4, \"5\"]", "expected a row [atm, mm]"},
+        {"pta6x20", "profile_mm = 1.35", "profile_mm = 1.1", "1.2 mm of the shaft"},
+        {"pta6x20", "profile_mm = 1.35", "profile_mm = 6", "when it has unfolded"},
+        {"pta6x20", "from_tip_mm = 9", "from_tip_mm = 5", "of the cone"},
+        {"pta6x20", "[balloon]\n", "[balloon]\ncolour = 3\n", "unknown key 'colour' in [balloon]"},
+        {"pta6x20", "wire_lumen_mm = 250", "wire_lumen_mm = 1400", "the device's 1350 mm"},
+        {"pta6x20", "[sources.balloon]\n", "[sources.bubble]\n", "section [sources.balloon] is missing"},
+        {"pta6x20", "\ncompliance = \"", "\n#compliance = \"", "'compliance', the source of the value"},
+        {"stent30x18", "[stent]", "[net]", "section [stent] is missing"},
+        {"stent30x18", "[balloon]", "[bubble]", "section [balloon], which opens the stent, is missing"},
+        {"stent30x18", "kind = \"stent\"", "kind = \"balloon\"", "a balloon with a [stent]"},
+        {"stent30x18", "self_expanding = false", "self_expanding = true",
+         "outward_atm = ... in [stent] is missing"},
+        {"stent30x18", "self_expanding = false", "self_expanding = 1", "true or false"},
+        {"stent30x18", "recoil = 0.045", "recoil = 0.045\noutward_atm = 1", "expected none"},
+        {"stent30x18", "largest_diameter_mm = 3.75", "largest_diameter_mm = 2.9", "nominal 3 mm"},
+        {"stent30x18", "from_tip_mm = 6.7", "from_tip_mm = 16.7", "expected one on the balloon"},
+        {"stent30x18", "material = \"steel\"", "material = \"cheese\"", "nitinol"},
+        {"stent30x18", "crowns = 6", "crowns = 6.5", "whole number"},
+        {"stent30x18", "pitch_mm = 1.1", "pitch_mm = 19", "the stent's 18 mm"},
+        {"stent8x60", "outward_atm = 0.75", "outward_atm = 2.5", "radial_strength_atm"},
+        {"stent8x60", "outward_atm = 0.75", "outward_atm = 0.75\nrecoil = 0.05", "expands by itself"},
+        {"stent8x60", "[stent]\n", "[balloon]\n[stent]\n", "a stent with a [balloon]"},
+        {"glide035", "[sources]", "[balloon]\n[sources]", "a wire with a [balloon]"},
+    };
+    for (const WrongTreatment& c : cases) {
+        SCOPED_TRACE(std::string(c.device) + ": " + c.from + " -> " + c.to);
+        const std::string text = text_of(c.device), wrong = test::replaced(text, c.from, c.to);
+        ASSERT_NE(text, wrong);
+        EXPECT_NO_THROW(parse_device(text, "x.toml"));
+        const std::string said = refusal_of(wrong);
+        test::expect_said(said, c.said);
+        test::expect_said(said, "x.toml");
+    }
+}
+
+/// Content hashes of scenarios, and with them recordings, stay those of before there were balloons.
+TEST(Device, BalloonsAndStentsAreInTheHashWiresAndCathetersHaveTheirOld) {
+    const auto hash = [](const Device& d) { return geometry::state_hash_of(d); };
+    EXPECT_EQ(hash(load_device(catalogue() / "glide035.toml")), 8536732124236293765u);
+    EXPECT_EQ(hash(load_device(catalogue() / "cobra5f.toml")), 17642124027743643946u);
+    for (const char* name : {"pta6x40", "pta6x20", "stent30x18", "stent8x60"}) {
+        const Device d = load_device(catalogue() / (std::string(name) + ".toml"));
+        Device other;
+        geometry::restore_state(other, geometry::state_of(d));
+        EXPECT_EQ(hash(other), hash(d)) << name;
+        EXPECT_EQ(other.wire_lumen, d.wire_lumen) << name;
+        const auto differs = [&](const auto& change) {
+            Device changed = d;
+            change(changed);
+            EXPECT_NE(hash(changed), hash(d)) << name;
+        };
+        differs([](Device& c) { c.wire_lumen = 300; });
+        if (d.balloon) differs([](Device& c) { c.balloon->law.table.back().diameter += 0.01; });
+        if (d.balloon) differs([](Device& c) { c.balloon->rated += 1; });
+        if (d.stent) differs([](Device& c) { c.stent->law.strength += 1; });
+        if (d.stent) differs([](Device& c) { c.stent->crowns += 1; });
+        if (d.balloon && d.stent) differs([](Device& c) { c.stent.reset(); });
+    }
+}
+
+TEST(Device, ABalloonLiesBetweenWireAndCatheterAndMustFitFolded) {
+    const auto text = [](const std::string& balloon, const std::string& catheter) {
+        return test::small_toml_with("device = \"glide035\"", "device = \"v18\"") + "[balloon]\ndevice = \"" +
+               balloon + "\"\n[catheter]\ndevice = \"" + catheter + "\"\n";
+    };
+    const Scenario s = read_text(text("pta6x20", "guide6f"));
+    ASSERT_EQ(s.devices.size(), 3u);
+    EXPECT_EQ(s.devices[1].role, script::DeviceRole::Balloon);
+    EXPECT_EQ(s.devices[1].name(), "balloon");
+    ASSERT_TRUE(s.devices[1].device.balloon);
+    EXPECT_EQ(s.devices[1].device.wire_lumen, 250);
+    EXPECT_TRUE(read_text(text("stent6x18renal", "guide6f")).devices[1].device.stent);
+    const auto refused = [&](const std::string& balloon, const std::string& catheter) {
+        return test::refusal([&] { read_text(text(balloon, catheter)); });
+    };
+    test::expect_said(refused("cobra5f", "guide6f"),
+                      "expected a balloon or stent, found 'cobra5f', a catheter");
+    test::expect_said(refused("pta6x20", "pta6x40"), "expected a catheter, found 'pta6x40', a balloon");
+    test::expect_said(refused("pta6x21", "guide6f"), "stent8x60");
+    // Its shaft would fit, the folded balloon does not.
+    test::expect_said(refused("pta8x40", "guide6f"), "a balloon of 1.95 mm does not fit a catheter's lumen");
+}
+
+/// Wires and guides with which the balloons and stents are used.
+TEST(Device, TheCataloguesBalloonsAndStentsFitItsWiresAndGuides) {
+    struct Fit {
+        const char *wire, *treatment, *guide;
+    };
+    constexpr Fit fits[] = {
+        {"rosen035", "pta6x40", "guidesheath6f45"},
+        {"amplatzSS035", "pta8x40", "guidesheath6f45"},
+        {"v18", "pta5x20", "rdc6f"},
+        {"v18", "pta6x20", "guidesheath6f90"},
+        {"standard014", "cor25x15", "jl4guide6f"},
+        {"floppy014", "cor30x15", "jr4guide6f"},
+        {"standard014", "nc30x12", "jl4guide6f"},
+        {"floppy014", "stent30x18", "jl4guide6f"},
+        {"v18", "stent6x18renal", "rdc6f"},
+        {"rosen035", "stent8x38", "guidesheath6f45"},
+        {"amplatzS035", "stent8x60", "guidesheath6f45"},
+        {"standard014", "stent8x40carotid", "guidesheath6f90"},
+    };
+    for (const Fit& fit : fits) {
+        const auto load = [](const char* name) { return load_device(find_device(name, catalogue())); };
+        const Device treatment = load(fit.treatment);
+        EXPECT_LT(load(fit.wire).outer_diameter, treatment.inner_diameter) << fit.treatment;
+        EXPECT_LT(treatment.widest(), load(fit.guide).inner_diameter) << fit.treatment;
+    }
 }
 
 TEST(Device, TheFreeShapeTurnsByItsArcs) {
