@@ -193,7 +193,7 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     made.devices.clear();
     for (const exercise::PulsedDevice& device : pulse.devices)
         made.devices.push_back(
-            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
+            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, device.seen(), shift)));
     made.extravasation.reset();
     if (leaks)
         made.extravasation =

@@ -20,7 +20,7 @@ struct PulsedDevice {
     render::WireLook look;
     render::DeviceIodine iodine = {};
 
-    render::SeenDevice seen() const { return {joints, &look, &iodine}; }
+    render::SeenDevice seen() const { return {joints, {}, &look, &iodine}; }
     void state(geometry::StateStream& s) { s(role, joints, look, iodine); }
 };
 /// What stands beside them: introducer and flush catheters.
@@ -46,7 +46,7 @@ struct Pulse {
     render::SeenDevices seen() const {
         render::SeenDevices seen;
         for (const PulsedDevice& device : devices) seen.all.push_back(device.seen());
-        for (const PulsedTube& tube : tubes) seen.all.push_back({tube.joints, &tube.look, &tube.iodine});
+        for (const PulsedTube& tube : tubes) seen.all.push_back({tube.joints, {}, &tube.look, &tube.iodine});
         return seen;
     }
     void state(geometry::StateStream& s) {
