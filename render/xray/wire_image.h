@@ -59,6 +59,7 @@ struct SeenDevice {
     std::span<const double> radii = {};
     const WireLook* look = nullptr;        // null = the fluoroscope's
     const DeviceIodine* iodine = nullptr;  // null = none
+    bool straight = false;                 // between joints, as struts are; otherwise a spline
 };
 /// All of them, which lie in each other, innermost first.
 struct SeenDevices {
