@@ -106,19 +106,17 @@ std::filesystem::path file_of_device(script::DeviceRole role, const std::string&
     // A file stands next to the scenario's.
     return name.ends_with(".toml")
                ? std::filesystem::path(scenario.place("").file).parent_path() / name
-               : scenario::find_device(name, scenario.catalogue,
-                                       role == script::DeviceRole::Wire
-                                           ? std::optional(scenario::DeviceKind::Wire)
-                                           : std::nullopt);
+               : scenario::find_device(name, scenario.catalogue, scenario::kinds_of(role));
 }
 
 scenario::Device device_of_catalogue(script::DeviceRole role, const std::string& name,
                                      const scenario::Scenario& scenario) {
     scenario::Device device = scenario::load_device(file_of_device(role, name, scenario));
     if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
-    if (!scenario::takes(role, device.kind))
+    const auto kinds = scenario::kinds_of(role);
+    if (std::ranges::count(kinds, device.kind) == 0)
         throw io::InputError("'{}' is a {}; expected a {}", name, scenario::name_of(device.kind),
-                             script::name_of(role));
+                             scenario::names_of(kinds));
     const int which = *scenario.index_of(role);
     const auto fits = [&](const scenario::Device& inner, const scenario::Device& outer) {
         if (inner.outer_diameter >= outer.inner_diameter)

@@ -20,7 +20,7 @@ using physics::OpenedPlace;
 constexpr double spacing = physics::Narrowing::spacing;
 constexpr double same_place = 0.75;  // a place of a lesion and one of a device as near along the chain [mm]
 constexpr double seals = 0.97;       // of the lumen's radius, from which a balloon lets no blood by [-]
-constexpr double play = 0.02;        // of an inflated balloon in its vessel [mm]
+constexpr double play = 0.08;        // of an inflated balloon in its vessel [mm]
 constexpr double seen_step = 0.1;    // of a lumen's radius in the image [mm]
 constexpr double apart = 15;         // of two tears of a vessel [mm]
 constexpr double passes = 1;         // pressure by which a device may squeeze plaque aside [atm]
@@ -28,7 +28,7 @@ constexpr double drawn = 1;          // an inflation is one from here on [atm]
 
 OpenedPlace healthy(double radius) {
     OpenedPlace place;
-    place.reference = place.before = place.set = place.radius = place.largest = radius;
+    place.reference = place.before = place.radius = place.largest = radius;
     return place;
 }
 
@@ -157,7 +157,7 @@ void Treatment::start(const scenario::Scenario& scenario, const anatomy::Anatomy
         const BranchStretch& stretch = stretches_[n];
         for (std::size_t k = 0; k < stretch.axis.size(); ++k) {
             OpenedPlace place = healthy(stretch.lumen[k]);
-            place.before = place.set = place.radius = place.largest =
+            place.before = place.radius = place.largest =
                 stretch.lumen[k] * (1 - specs_[n].percent / 100 * stretch.shape[k]);
             lesions_[n].places.push_back(place);
         }
@@ -564,7 +564,7 @@ Treatment Treatment::as_seen() const {
     for (Lesion& lesion : seen.lesions_)
         for (OpenedPlace& place : lesion.places) {
             place.radius = place.before + seen_step * std::round((place.radius - place.before) / seen_step);
-            place.set = place.before, place.contact = place.device = place.stent = 0;
+            place.contact = place.device = place.stent = 0;
             place.largest = place.radius;
         }
     return seen;

@@ -252,10 +252,4 @@ void TissueChoice::state(geometry::StateStream& s) {
     for (Values& of : vessels) values(of);
 }
 
-bool takes(script::DeviceRole role, DeviceKind kind) {
-    if (role == script::DeviceRole::Wire) return kind == DeviceKind::Wire;
-    if (role == script::DeviceRole::Balloon) return kind == DeviceKind::Balloon || kind == DeviceKind::Stent;
-    return kind == DeviceKind::Catheter;
-}
-
 }  // namespace scenario

@@ -125,9 +125,6 @@ enum class TorsionModel {
     Segments    // through one that twists segment by segment, and that friction holds back all along
 };
 
-/// Whether a device of that kind can be what the role says.
-bool takes(script::DeviceRole, DeviceKind);
-
 /// A device of the catalogue, with the scenario's values in place of its own, and where it begins.
 struct PlacedDevice {
     script::DeviceRole role = script::DeviceRole::Wire;  // by which commands call it; not All

@@ -14,10 +14,6 @@ constexpr double give_of_stent = 0.05;
 constexpr double widest = 50;     // of any vessel [mm]
 constexpr double settled = 1e-9;  // so near to its balance a place stays where it is [mm]
 
-double yield_of(const PlaqueLaw& law, const OpenedPlace& place) {
-    return law.yield + law.hardening * (place.set - place.before) / place.reference;
-}
-
 /// Outwards [atm].
 double stent_pressure(const StentLaw& law, const OpenedPlace& place, double radius) {
     if (place.stent <= 0) return 0;
@@ -32,11 +28,20 @@ double stent_pressure(const StentLaw& law, const OpenedPlace& place, double radi
 
 }  // namespace
 
+double PlaqueLaw::closes_to(const OpenedPlace& place) const {
+    if (stiffness <= 0) return place.before;
+    return place.before + (1 - recoil) * std::max(0.0, place.largest - yields_at(place));
+}
+
 double PlaqueLaw::pressure(const OpenedPlace& place, double radius) const {
-    if (stiffness <= 0 || radius <= place.set) return 0;
-    const double elastic = stiffness * (radius - place.set) / place.reference, yields = yield_of(*this, place);
-    return elastic <= yields ? elastic
-                             : yields + (elastic - yields) * hardening / (stiffness + hardening);
+    if (stiffness <= 0) return 0;
+    const double yields = yields_at(place);
+    if (radius >= place.largest || place.largest <= yields)
+        return radius <= yields ? stiffness * std::max(0.0, radius - place.before) / place.reference
+                                : yield + hardening * (radius - yields) / place.reference;
+    const double closed = closes_to(place);
+    return radius <= closed ? 0.0
+                            : std::min(recoil_pressure, yield) * (radius - closed) / (place.largest - closed);
 }
 
 double VesselLaw::pressure(double strain) const {
@@ -55,7 +60,7 @@ double balanced_radius(const OpenedPlace& place, const PlaqueLaw& plaque, const 
         return contact_pressure(loads, r) + (loads.stent ? stent_pressure(*loads.stent, place, r) : 0.0) -
                plaque.pressure(place, r) - vessel.pressure(r / place.reference - 1);
     };
-    double low = std::max(place.set, loads.device), high = widest;
+    double low = std::max(plaque.closes_to(place), loads.device), high = widest;
     if (!(outwards(low) > 0)) return low;
     for (int k = 0; k < 60; ++k) (outwards(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
     return low;
@@ -66,10 +71,7 @@ void open_place(OpenedPlace& place, const PlaqueLaw& plaque, const VesselLaw& ve
     assert(place.reference > 0 && most >= 0);
     double wanted = balanced_radius(place, plaque, vessel, loads);
     if (std::abs(wanted - place.radius) < settled) wanted = place.radius;
-    const double r = std::max(std::clamp(wanted, place.radius - most, place.radius + most), place.set);
-    const double excess =
-        plaque.stiffness > 0 ? plaque.stiffness * (r - place.set) / place.reference - yield_of(plaque, place) : 0.0;
-    if (excess > 0) place.set += place.reference * excess / (plaque.stiffness + plaque.hardening);
+    const double r = std::clamp(wanted, place.radius - most, place.radius + most);
     place.contact = contact_pressure(loads, r);
     if (loads.stent && place.stent > 0) {
         const StentLaw& stent = *loads.stent;
@@ -92,9 +94,9 @@ void open_place(OpenedPlace& place, const PlaqueLaw& plaque, const VesselLaw& ve
 /// Estimates, so that full opening takes pressures like those observed: docs/treatment.md.
 PlaqueLaw law_of(Plaque kind) {
     switch (kind) {
-        case Plaque::Soft: return {18, 1.5, 2};
-        case Plaque::Fibrous: return {25, 4, 3};
-        case Plaque::Calcified: return {110, 12, 4};
+        case Plaque::Soft: return {40, 2, 2, 0.3, 0.5};
+        case Plaque::Fibrous: return {80, 6, 3, 0.3, 0.8};
+        case Plaque::Calcified: return {160, 13, 4, 0.25, 1};
     }
     return {};
 }

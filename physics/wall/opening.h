@@ -40,31 +40,38 @@ struct BalloonLaw {
 struct OpenedPlace {
     double reference = 0;  // R: of the vessel without plaque [mm]
     double before = 0;     // r_0: of the lumen before the treatment [mm]
-    double set = 0;        // r_p [mm]
     double radius = 0;     // r: of the lumen now [mm]
     double stent = 0;      // r_s; 0 = none [mm]
-    double largest = 0;    // r has been, so far [mm]
+    double largest = 0;    // r_m [mm]
     double contact = 0;    // of the balloon on the wall or the stent [atm]
     double device = 0;     // radius of what lies in it, an inflated balloon aside [mm]
 
     bool operator==(const OpenedPlace&) const = default;
-    void state(geometry::StateStream& s) { s(reference, before, set, radius, stent, largest, contact, device); }
+    void state(geometry::StateStream& s) { s(reference, before, radius, stent, largest, contact, device); }
 };
 
 enum class Plaque { Soft, Fibrous, Calcified };
 inline constexpr std::array<std::string_view, 3> plaque_names = {"soft", "fibrous", "calcified"};
 inline constexpr std::string_view name_of(Plaque p) { return plaque_names[static_cast<std::size_t>(p)]; }
 
-/// Plaque in a vessel of radius R, elastic–plastic with linear hardening. With r the lumen's radius and r_p that
-/// to which it would close without a load, it bears K (r − r_p)/R, and yields, r_p growing, where that exceeds
-/// yield + hardening (r_p − r_0)/R, with r_0 the radius before the treatment.
+/// Plaque in a vessel of radius R. With r the lumen's radius, r_0 the one before the treatment, and r_m the largest
+/// so far, plaque that is opened farther than ever bears K (r − r_0)/R, and from where that has reached the yield
+/// pressure, at r_y, on, yield + hardening (r − r_y)/R. What has yielded is torn: up to r_m it bears no more than the
+/// recoil pressure, falling linearly to 0 at r_0 + (1 − recoil) (r_m − r_y), to where it closes without a load.
 struct PlaqueLaw {
-    double stiffness = 0;  // K [atm]
-    double yield = 0;      // of plaque that nothing has opened [atm]
-    double hardening = 0;  // [atm]
+    double stiffness = 0;        // K [atm]; 0 = no plaque
+    double yield = 0;            // [atm]
+    double hardening = 0;        // [atm]
+    double recoil = 0;           // of what it was opened by beyond r_y [-]
+    double recoil_pressure = 1;  // [atm]
 
-    /// At a radius, without yielding beyond what that asks for [atm].
+    /// At a radius [atm].
     double pressure(const OpenedPlace&, double radius) const;
+    /// To which it closes without a load [mm].
+    double closes_to(const OpenedPlace&) const;
+
+private:
+    double yields_at(const OpenedPlace& place) const { return place.before + place.reference * yield / stiffness; }
 };
 PlaqueLaw law_of(Plaque);
 

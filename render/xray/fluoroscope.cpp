@@ -42,8 +42,7 @@ struct MovedVessels {
 class ImageTruth {
 public:
     /// Pixels where the device removes more than 2 % of the softest quanta, ascending.
-    std::vector<std::uint32_t> device_pixels(const CArm&, std::span<const geometry::Vec3> joints,
-                                             const WireLook&);
+    std::vector<std::uint32_t> device_pixels(const CArm&, const SeenDevice&, const WireLook&);
     /// Pixels whose ray runs through a layer that takes contrast, ascending.
     const std::vector<std::uint32_t>& vessel_pixels(const CArm&, MovedVessels&, std::span<const TissueLayer>);
     /// The label of the vessel that each ray runs through longest, by labels of the nodes; 0 = none. `known`:
@@ -71,12 +70,19 @@ CArm seen_from_shifted(CArm arm, const Vec3& shift) {
     return arm;
 }
 
-std::vector<std::uint32_t> ImageTruth::device_pixels(const CArm& arm, std::span<const Vec3> joints,
+std::vector<std::uint32_t> ImageTruth::device_pixels(const CArm& arm, const SeenDevice& device,
                                                      const WireLook& look) {
     static const EnergyBins bins = fit_bins(detected_spectrum(74.0));
     static const Bins blood = bins.attenuation(Material::Blood);
     std::vector<std::uint32_t> pixels;
-    for (const WirePixel& pixel : wire_.cast(arm, joints, look, wire_attenuation(look, bins, blood)))
+    // A balloon is seen by what fills it; a catheter is where it is, whatever runs through it.
+    const WireShadow shadow{device.joints,
+                            look,
+                            wire_attenuation(look, bins, blood),
+                            device.radii.empty() ? nullptr : device.iodine,
+                            device.radii,
+                            device.straight};
+    for (const WirePixel& pixel : wire_.cast(arm, {&shadow, 1}, bins.attenuation(Material::Iodine)))
         if (pixel.transmission[0] < 0.98f) pixels.push_back(pixel.index);
     std::sort(pixels.begin(), pixels.end());
     return pixels;
@@ -651,7 +657,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
         Bins displaced = blood;
         for (int k = 0; k < energy_bins; ++k) displaced[k] += iodine[d].around * per_concentration[k];
         const WireLook& look = device.look ? *device.look : state.config.wire;
-        shadows.push_back({device.joints, look, wire_attenuation(look, beam.bins, displaced), &iodine[d]});
+        shadows.push_back(
+            {device.joints, look, wire_attenuation(look, beam.bins, displaced), &iodine[d], device.radii});
     }
     for (const WirePixel& pixel : state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), shadows,
                                                   per_concentration, unsharp)) {
@@ -733,7 +740,7 @@ std::vector<std::uint32_t> Fluoroscope::device_pixels(const CArm& arm, const See
                                                       const Vec3& shift) {
     require_usable(arm, {});
     const WireLook& look = device.look ? *device.look : state_->config.wire;
-    return state_->truth.device_pixels(seen_from_shifted(arm, shift), device.joints, look);
+    return state_->truth.device_pixels(seen_from_shifted(arm, shift), device, look);
 }
 
 const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift,

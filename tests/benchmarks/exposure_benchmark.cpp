@@ -14,6 +14,7 @@
 #include "render/patient/solids.h"
 #include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
+#include "render/xray/struts.h"
 
 namespace {
 
@@ -199,6 +200,28 @@ void wire_alone(benchmark::State& state) {
     for (auto _ : state) benchmark::DoNotOptimize(image.cast(arm, joints, look, mu));
 }
 BENCHMARK(wire_alone)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+/// Straight stents: an iliac one of 8 × 38 mm, and a coronary one of 3 × 18 mm.
+void stent_alone(benchmark::State& state) {
+    const bool iliac = state.range(1) != 0;
+    const double length = iliac ? 38 : 18;
+    Polyline axis;
+    for (int i = 0; i <= static_cast<int>(length); ++i) axis.emplace_back(i - 0.5 * length, 0, 0);
+    const std::vector<double> radii(axis.size(), iliac ? 4.0 : 1.5);
+    render::WireLook look;
+    look.diameter = iliac ? 0.2 : 0.08;
+    look.marker_length = 0;
+    const auto bins = render::fit_bins(render::detected_spectrum(74.0));
+    const auto arm = arm_of(static_cast<int>(state.range(0)));
+    render::WireImage image;
+    for (auto _ : state) {
+        const Polyline line = render::struts(axis, radii, iliac ? 8 : 9, iliac ? 2 : 1);
+        const render::WireShadow shadow{line,    look, render::wire_attenuation(look, bins, {}),
+                                        nullptr, {},   true};
+        benchmark::DoNotOptimize(image.cast(arm, {&shadow, 1}));
+    }
+}
+BENCHMARK(stent_alone)->ArgsProduct({{512, 1024}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 void read_out_alone(benchmark::State& state) {
     const int pixels = static_cast<int>(state.range(0));
