@@ -357,9 +357,12 @@ std::filesystem::path find_device(const std::string& path_or_name, const std::fi
             names.push_back(file.stem().string());
     }
     const std::vector<std::string_view> known(names.begin(), names.end());
-    throw io::InputError("expected a {} of the catalogue or a file (.toml), found '{}'{}; there are: {}",
+    std::vector<std::string> plurals;
+    for (const DeviceKind kind : of) plurals.push_back(fmt::format("{}s", name_of(kind)));
+    throw io::InputError("expected a {} of the catalogue or a file (.toml), found '{}'{}; {} are: {}",
                          of.empty() ? "device" : names_of(of), path_or_name,
-                         io::suggestion(path_or_name, known), io::joined(names));
+                         io::suggestion(path_or_name, known),
+                         of.empty() ? "devices" : io::joined(plurals, " and "), io::joined(names));
 }
 
 std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {

@@ -324,7 +324,7 @@ TEST(Device, ABalloonLiesBetweenWireAndCatheterAndMustFitFolded) {
     test::expect_said(refused("cobra5f", "guide6f"),
                       "expected a balloon or stent, found 'cobra5f', a catheter");
     test::expect_said(refused("pta6x20", "pta6x40"), "expected a catheter, found 'pta6x40', a balloon");
-    test::expect_said(refused("pta6x21", "guide6f"), "stent8x60");
+    test::expect_said(refused("pta6x21", "guide6f"), "balloons and stents are: cor25x15");
     // Its shaft would fit, the folded balloon does not.
     test::expect_said(refused("pta8x40", "guide6f"), "a balloon of 1.95 mm does not fit a catheter's lumen");
 }
