@@ -105,7 +105,8 @@ BranchStretch stretch_of(const anatomy::Anatomy& anatomy, int branch, double at,
         for (std::size_t k = 1; k < wall.size(); ++k)
             if ((v - place.axis[k]).squaredNorm() < (v - place.axis[nearest]).squaredNorm()) nearest = k;
         const double away = (v - place.axis[nearest]).norm();
-        if (away < BranchStretch::uneven * place.lumen[nearest]) wall[nearest] = std::max(wall[nearest], away);
+        if (away < BranchStretch::uneven * place.lumen[nearest])
+            wall[nearest] = std::max(wall[nearest], away);
     }
     for (std::size_t k = 0; k < wall.size(); ++k) {
         const std::size_t before = k < 2 ? 0 : k - 2, after = std::min(k + 3, wall.size());

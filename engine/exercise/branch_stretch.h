@@ -1,6 +1,6 @@
 #pragma once
-/// A stretch of a branch in which the lumen is narrow, or may become so: what plaque, spasm, thrombus and dissection
-/// have in common.
+/// A stretch of a branch in which the lumen is narrow, or may become so: what plaque, spasm, thrombus and
+/// dissection have in common.
 
 #include <span>
 #include <string>
@@ -57,13 +57,13 @@ struct BranchStretch {
 
     /// A sample of a tube that leaves the lumen open there, at `closed` = 0, or narrows it to a radius, at 1.
     physics::Narrowing::Sample sample(std::size_t k, double narrow, double closed) const;
-    /// What a lumen of these radii [mm] does to the flow: Poiseuille's law along it, and what the jet behind its
-    /// narrowest place loses (Young and Tsai 1973).
+    /// What a lumen of these radii [mm] does to the flow: Poiseuille's law along it, and what the jet behind
+    /// its narrowest place loses (Young and Tsai 1973).
     blood::Obstruction obstruction(int branch, std::span<const double> radii) const;
 };
 
-/// The problem with a stretch of `over`, half of it on either side of `at`; empty where there is none. `what`: to
-/// be there, in the message.
+/// The problem with a stretch of `over`, half of it on either side of `at`; empty where there is none.
+/// `what`: to be there, in the message.
 std::string stretch_problem(const anatomy::Anatomy&, const std::string& branch, double at, double over,
                             std::string_view what);
 std::string unknown_branch(const std::string& name, const anatomy::Anatomy&);

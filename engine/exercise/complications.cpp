@@ -80,30 +80,40 @@ BranchStretch Complications::place_of(const Complication& c, const anatomy::Anat
     return c.branch < 0 ? BranchStretch() : stretch_of(anatomy, c.branch, c.at, c.over);
 }
 
-/// How far each sample may be closed for the devices that lie in it [-].
-std::vector<double> Complications::room_for(const physics::Chain& chain, const Complication& c,
+/// How far each sample may be closed for the devices that lie in it, and for balloons, which open it again
+/// [-].
+Complications::Room Complications::room_for(const physics::Chain& chain, const Complication& c,
                                             const BranchStretch& place) {
     constexpr std::size_t beside = 3;  // samples on either side that a joint's device reaches
-    std::vector<double> most(place.axis.size(), 1.0);
+    Room room{std::vector<double>(place.axis.size(), 1.0), std::vector<double>(place.axis.size(), 1.0)};
+    double arc = 0;
     for (std::size_t j = 0; j < chain.joints.size(); ++j) {
+        if (j > 0) arc += chain.lengths[j];
         std::size_t nearest = 0;
         for (std::size_t k = 1; k < place.axis.size(); ++k)
             if ((chain.joints[j] - place.axis[k]).squaredNorm() <
                 (chain.joints[j] - place.axis[nearest]).squaredNorm())
                 nearest = k;
-        if ((chain.joints[j] - place.axis[nearest]).norm() > BranchStretch::uneven * place.lumen[nearest] + physics::Narrowing::spacing)
+        if ((chain.joints[j] - place.axis[nearest]).norm() >
+            BranchStretch::uneven * place.lumen[nearest] + physics::Narrowing::spacing)
             continue;
+        const bool in_balloon = std::ranges::any_of(chain.devices, [arc](const physics::Device& device) {
+            return !device.bulge.empty() && device.bulge.front().radius(device.inserted - arc) > 0;
+        });
         const double needed = chain.inner_radius() + chain.thickness[j] + room_left;
         for (std::size_t k = nearest < beside ? 0 : nearest - beside;
-             k < std::min(nearest + beside + 1, most.size()); ++k) {
+             k < std::min(nearest + beside + 1, room.devices.size()); ++k) {
             const double closes = place.open[k] - left_of(c) * place.lumen[k];
-            most[k] = std::min(most[k], std::clamp((place.open[k] - needed) / closes, 0.0, 1.0));
+            const double most = std::clamp((place.open[k] - needed) / closes, 0.0, 1.0);
+            room.devices[k] = std::min(room.devices[k], most);
+            if (in_balloon) room.balloon[k] = std::min(room.balloon[k], most);
         }
     }
-    return most;
+    return room;
 }
 
-bool Complications::move(Complication& c, const BranchStretch& place, const physics::Chain& chain, double seconds) {
+bool Complications::move(Complication& c, const BranchStretch& place, const physics::Chain& chain,
+                         double seconds) {
     double farthest = 0;  // way of the wall [mm]
     for (std::size_t k = 0; narrows(c.kind) && k < place.axis.size(); ++k)
         farthest = std::max(farthest, place.open[k] - left_of(c) * place.lumen[k]);
@@ -116,16 +126,20 @@ bool Complications::move(Complication& c, const BranchStretch& place, const phys
         return changed;
     }
     if (!narrows(c.kind)) return changed;
-    std::vector<double> most;
+    const bool balloon =
+        std::ranges::any_of(chain.devices, [](const physics::Device& d) { return !d.bulge.empty(); });
+    std::optional<Room> room;
+    if (balloon) room = room_for(chain, c, place);
     for (std::size_t k = 0; k < c.closed.size(); ++k) {
         const double wanted = c.come * place.shape[k], before = c.closed[k];
         if (wanted > before) {
-            if (most.empty()) most = room_for(chain, c, place);
-            c.closed[k] = std::min({wanted, before + part, std::max(before, most[k])});
-            c.held_off = c.held_off || wanted > most[k];
+            if (!room) room = room_for(chain, c, place);
+            c.closed[k] = std::min({wanted, before + part, std::max(before, room->devices[k])});
+            c.held_off = c.held_off || wanted > room->devices[k];
         } else {
             c.closed[k] = wanted;
         }
+        if (balloon) c.closed[k] = std::min(c.closed[k], room->balloon[k]);
         changed = changed || c.closed[k] != before;
     }
     return changed;

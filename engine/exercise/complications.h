@@ -75,7 +75,10 @@ public:
 
 private:
     static BranchStretch place_of(const Complication&, const anatomy::Anatomy&);
-    static std::vector<double> room_for(const physics::Chain&, const Complication&, const BranchStretch&);
+    struct Room {
+        std::vector<double> devices, balloon;
+    };
+    static Room room_for(const physics::Chain&, const Complication&, const BranchStretch&);
     static bool move(Complication&, const BranchStretch&, const physics::Chain&, double seconds);
 
     std::vector<Complication> all_;

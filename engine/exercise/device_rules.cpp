@@ -120,9 +120,10 @@ scenario::Device device_of_catalogue(script::DeviceRole role, const std::string&
     const int which = *scenario.index_of(role);
     const auto fits = [&](const scenario::Device& inner, const scenario::Device& outer) {
         if (inner.outer_diameter >= outer.inner_diameter)
-            throw io::InputError("the {} '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner {}",
-                                 scenario::name_of(inner.kind), inner.name, inner.outer_diameter,
-                                 outer.inner_diameter, scenario::name_of(inner.kind));
+            throw io::InputError(
+                "the {} '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner {}",
+                scenario::name_of(inner.kind), inner.name, inner.outer_diameter, outer.inner_diameter,
+                scenario::name_of(inner.kind));
     };
     if (which + 1 < static_cast<int>(scenario.devices.size()))
         fits(device, scenario.devices[static_cast<std::size_t>(which + 1)].device);

@@ -335,8 +335,8 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
     return std::abs(most) < 1e-12 ? 0 : most;
 }
 
-/// Whether the device's tip, or its balloon, has come to a place that is narrower than it is, here or a segment
-/// ahead.
+/// Whether the device's tip, or its balloon, has come to a place that is narrower than it is, here or a
+/// segment ahead.
 bool Simulation::stands_before_a_narrow_vessel(int device) const {
     const physics::Chain& chain = this->chain();
     const physics::Device& placed = chain.devices[device];
@@ -373,7 +373,8 @@ void Simulation::exchange_device(Motion& motion, StepReport& report) {
     const int which = motion.device;
     scenario::PlacedDevice& placed = devices_[which];
     if (chain().devices[which].inserted > 0) {
-        report.denied = fmt::format("The {0} was not exchanged: it is still in; remove it first", placed.name());
+        report.denied =
+            fmt::format("The {0} was not exchanged: it is still in; remove it first", placed.name());
         return;
     }
     scenario::Device& by = placed.device = device_of_catalogue(placed.role, name, scenario_);

@@ -18,7 +18,7 @@ namespace {
 constexpr double tear_length = 12, tear_percent = 50;  // of a flap (estimates) [mm]
 constexpr double rupture_width = 2;                    // of the hole that a rupture is (estimate) [mm]
 constexpr double burst_rate = 20;                      // at which a burst balloon empties (estimate) [ml/s]
-constexpr double covers = 1.5;                         // radii from a stent in which it holds a flap to the wall [-]
+constexpr double covers = 1.5;  // radii from a stent in which it holds a flap to the wall [-]
 
 }  // namespace
 
@@ -77,12 +77,15 @@ bool Simulation::treat() {
     return true;
 }
 
-/// A torn wall has a flap, one that is torn through a hole; a balloon that bursts lets its contrast into the blood.
+/// A torn wall has a flap, one that is torn through a hole; a balloon that bursts lets its contrast into the
+/// blood.
 void Simulation::follow_events(std::size_t from, StepReport& report) {
     for (const TreatmentEvent& event : treatment_.events().subspan(from)) {
         report.treated.push_back(event);
         using Kind = TreatmentEvent::Kind;
-        const auto in_branch = [&] { return anatomy_->branches[static_cast<std::size_t>(event.branch)].name; };
+        const auto in_branch = [&] {
+            return anatomy_->branches[static_cast<std::size_t>(event.branch)].name;
+        };
         if (event.kind == Kind::Dissection) {
             const script::Complicate flap{script::ComplicationKind::Dissection, in_branch(), event.along,
                                           tear_length, tear_percent};
@@ -108,25 +111,30 @@ void Simulation::relieve_stented() {
                 if ((sample.at - flap.axis[middle]).norm() < covers * flap.lumen[middle] &&
                     sample.place.stent > 0.9 * sample.place.reference)
                     return complications_.relieve(
-                        {c.kind, anatomy_->branches[static_cast<std::size_t>(c.branch)].name}, *anatomy_, frames_);
+                        {c.kind, anatomy_->branches[static_cast<std::size_t>(c.branch)].name}, *anatomy_,
+                        frames_);
     }
 }
 
 std::string sentence(const TreatmentEvent& event, const anatomy::Anatomy& anatomy) {
     using Kind = TreatmentEvent::Kind;
     const std::string where =
-        event.branch < 0 ? "" : anatomy::clinical_name(anatomy.branches[static_cast<std::size_t>(event.branch)].name);
+        event.branch < 0
+            ? ""
+            : anatomy::clinical_name(anatomy.branches[static_cast<std::size_t>(event.branch)].name);
     switch (event.kind) {
         case Kind::Burst:
             return fmt::format("The balloon has burst at {:.1f} atm", event.pressure);
         case Kind::Dissection:
-            return fmt::format("The wall of the {} has torn {:.0f} mm from its origin: the balloon opened it to "
-                               "{:.2f} times its diameter",
-                               where, event.along, event.ratio);
+            return fmt::format(
+                "The wall of the {} has torn {:.0f} mm from its origin: the balloon opened it to "
+                "{:.2f} times its diameter",
+                where, event.along, event.ratio);
         case Kind::Rupture:
-            return fmt::format("The {} has ruptured {:.0f} mm from its origin: the balloon opened it to {:.2f} "
-                               "times its diameter",
-                               where, event.along, event.ratio);
+            return fmt::format(
+                "The {} has ruptured {:.0f} mm from its origin: the balloon opened it to {:.2f} "
+                "times its diameter",
+                where, event.along, event.ratio);
         case Kind::Deployed:
             return "The stent begins to open";
     }

@@ -95,9 +95,9 @@ bool Simulation::renew_vessels(std::string* said) {
 }
 
 /// What complications and a treatment change of vessels and devices by a frame, of a chain at rest. Where it
-/// finds no rest in what complications leave of the lumen with a part of the frame's work, or none at all around a
-/// balloon, all stays as it was, and the chain goes back to its last rest, which is to be settled: true. The next
-/// frame tries again. What was relieved goes, and a balloon deflates, in any case.
+/// finds no rest in what complications leave of the lumen with a part of the frame's work, or none at all
+/// around a balloon, all stays as it was, and the chain goes back to its last rest, which is to be settled:
+/// true. The next frame tries again. What was relieved goes, and a balloon deflates, in any case.
 bool Simulation::change_vessels(StepReport& report) {
     constexpr int fraction = 4;  // of the frame's work
     if (!complications_.in_vessels() && !treatment_.given()) return false;
@@ -105,7 +105,8 @@ bool Simulation::change_vessels(StepReport& report) {
     Treatment untreated = treatment_;
     const std::size_t events = treatment_.events().size();
     bool changed = complications_.in_vessels() && complications_.step(1 / scenario_.frame_rate, moving_);
-    const bool rises = treatment_.inflation() && treatment_.inflation()->wanted > treatment_.inflation()->pressure;
+    const bool rises =
+        treatment_.inflation() && treatment_.inflation()->wanted > treatment_.inflation()->pressure;
     changed = treat() || changed;
     if (changed) {
         if (moving_.grips.empty()) physics::start_grips(moving_, true);

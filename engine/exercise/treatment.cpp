@@ -56,8 +56,8 @@ double expanded(const PlacedStent& stent, double crimped_radius) {
     double sum = 0;
     for (const PlacedStent::Sample& sample : stent.samples) sum += sample.place.stent;
     const double mean = sum / static_cast<double>(std::max<std::size_t>(1, stent.samples.size()));
-    return std::clamp((mean - crimped_radius) / std::max(1e-9, 0.5 * stent.spec.diameter - crimped_radius), 0.0,
-                      1.0);
+    return std::clamp((mean - crimped_radius) / std::max(1e-9, 0.5 * stent.spec.diameter - crimped_radius),
+                      0.0, 1.0);
 }
 
 }  // namespace
@@ -71,7 +71,9 @@ public:
         for (int i = 1; i <= chain.segments(); ++i) arcs_.push_back(arcs_.back() + chain.lengths[i]);
     }
     const scenario::Device& device() const { return *device_; }
-    const scenario::Balloon* balloon() const { return device_ && device_->balloon ? &*device_->balloon : nullptr; }
+    const scenario::Balloon* balloon() const {
+        return device_ && device_->balloon ? &*device_->balloon : nullptr;
+    }
     double length() const { return arcs_.back(); }
     /// Of the device's tip [mm].
     double tip() const { return which_ < 0 ? 0.0 : chain_.devices[which_].inserted; }
@@ -110,7 +112,8 @@ public:
             if (chain_.devices[k].inserted > arc) return true;
         return false;
     }
-    /// How much of a stretch, by distances from the device's tip, is outside the body or in another device [mm].
+    /// How much of a stretch, by distances from the device's tip, is outside the body or in another device
+    /// [mm].
     double covered_of(double from, double to) const {
         double most = 0;
         for (int k = which_ + 1; k < static_cast<int>(chain_.devices.size()); ++k)
@@ -137,7 +140,8 @@ private:
     std::vector<double> arcs_;
 };
 
-std::vector<std::string> Treatment::problems(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
+std::vector<std::string> Treatment::problems(const scenario::Scenario& scenario,
+                                             const anatomy::Anatomy& anatomy) {
     std::vector<std::string> found;
     for (std::size_t n = 0; n < scenario.lesions.size(); ++n) {
         const scenario::LesionSpec& spec = scenario.lesions[n];
@@ -151,7 +155,8 @@ std::vector<std::string> Treatment::problems(const scenario::Scenario& scenario,
 void Treatment::start(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
     *this = {};
     for (std::size_t n = 0; n < scenario.lesions.size(); ++n)
-        lesions_.push_back({static_cast<int>(n), *anatomy::branch_named(anatomy, scenario.lesions[n].branch), {}});
+        lesions_.push_back(
+            {static_cast<int>(n), *anatomy::branch_named(anatomy, scenario.lesions[n].branch), {}});
     find_places(scenario, anatomy);
     for (std::size_t n = 0; n < lesions_.size(); ++n) {
         const BranchStretch& stretch = stretches_[n];
@@ -191,8 +196,8 @@ std::string Treatment::problem_with_inflation(double pressure, const physics::Ch
     if (along.tip() < balloon.from_tip + balloon.length + balloon.cone)
         return fmt::format("{:.0f} mm of the balloon are not inside yet",
                            balloon.from_tip + balloon.length + balloon.cone - along.tip());
-    if (const double in =
-            along.covered_of(balloon.from_tip - balloon.cone, balloon.from_tip + balloon.length + balloon.cone);
+    if (const double in = along.covered_of(balloon.from_tip - balloon.cone,
+                                           balloon.from_tip + balloon.length + balloon.cone);
         in > 0)
         return fmt::format("{:.0f} mm of the balloon are still in the device around it", std::max(1.0, in));
     return {};
@@ -215,15 +220,15 @@ std::string Treatment::problem_with_sheath(const physics::Chain& chain, int whic
 std::string Treatment::problem_with_motion() const {
     if (inflation_.empty()) return {};
     const Inflation& inflation = inflation_.front();
-    const bool touches =
-        std::ranges::any_of(lesions_, [](const Lesion& l) {
-            return std::ranges::any_of(l.places, [](const OpenedPlace& p) { return p.contact > 0; });
-        });
+    const bool touches = std::ranges::any_of(lesions_, [](const Lesion& l) {
+        return std::ranges::any_of(l.places, [](const OpenedPlace& p) { return p.contact > 0; });
+    });
     if (inflation.inflated() && (touches || inflation.plugs >= 0))
         return "the inflated balloon fills its vessel; deflate it first";
     for (const PlacedStent& stent : stents_)
         if (stent.attached && stent.spec.law.self_expanding)
-            return "the stent is half out of its sheath and holds the wall; retrieve the rest of the sheath first";
+            return "the stent is half out of its sheath and holds the wall; retrieve the rest of the sheath "
+                   "first";
     return {};
 }
 
@@ -243,7 +248,8 @@ const physics::StentLaw* Treatment::stent_in(int lesion, int place) const {
     const physics::StentLaw* found = nullptr;
     for (const PlacedStent& stent : stents_)
         for (const PlacedStent::Sample& sample : stent.samples)
-            if (sample.lesion == lesion && std::abs(sample.lesion_place - place) <= 1) found = &stent.spec.law;
+            if (sample.lesion == lesion && std::abs(sample.lesion_place - place) <= 1)
+                found = &stent.spec.law;
     return found;
 }
 
@@ -266,7 +272,8 @@ void Treatment::change_pressure(double seconds, const Along& along, int frame) {
         event.kind = TreatmentEvent::Kind::Burst;
         event.frame = frame;
         event.pressure = now.pressure;
-        event.place = along.point(std::max(0.0, along.tip() - device.balloon->from_tip - 0.5 * device.balloon->length));
+        event.place =
+            along.point(std::max(0.0, along.tip() - device.balloon->from_tip - 0.5 * device.balloon->length));
         constexpr double cubic_mm_per_ml = 1000;
         for (const double r : now.radii)
             event.volume += std::numbers::pi * r * r * physics::Bulge::spacing / cubic_mm_per_ml;
@@ -275,8 +282,8 @@ void Treatment::change_pressure(double seconds, const Along& along, int frame) {
         now.wanted = now.pressure = 0;
     }
     if (device.stent && device.stent->law.self_expanding)
-        now.uncovered = std::min({now.to_uncover, now.uncovered + sheath_speed * seconds,
-                                  crimped_length(*device.stent)});
+        now.uncovered =
+            std::min({now.to_uncover, now.uncovered + sheath_speed * seconds, crimped_length(*device.stent)});
 }
 
 bool Treatment::move_lesions(const Along& along, double most) {
@@ -325,8 +332,8 @@ void Treatment::add_sample(PlacedStent& stent, const Along& along, double arc, d
     sample.at = along.point(arc);
     if (const auto place = lesion_at(along, arc)) {
         sample.lesion = place->first, sample.lesion_place = place->second;
-        OpenedPlace& opened = lesions_[static_cast<std::size_t>(place->first)]
-                                  .places[static_cast<std::size_t>(place->second)];
+        OpenedPlace& opened =
+            lesions_[static_cast<std::size_t>(place->first)].places[static_cast<std::size_t>(place->second)];
         opened.stent = std::max(opened.stent, std::min(radius, opened.radius));
         sample.place = opened;
     } else {
@@ -357,9 +364,10 @@ void Treatment::place_stent(const Along& along, const blood::BloodFlow& blood, i
     if (stents_.empty() || !stents_.back().attached) return;
     PlacedStent& stent = stents_.back();
     if (spec.law.self_expanding) {
-        const double first = stent.samples.empty() ? along.tip() - spec.from_tip
-                                                   : along.arc_of(stent.samples.front().at, 50);
-        while (!std::isnan(first) && static_cast<double>(stent.samples.size()) * spacing <= now.uncovered + 1e-9) {
+        const double first =
+            stent.samples.empty() ? along.tip() - spec.from_tip : along.arc_of(stent.samples.front().at, 50);
+        while (!std::isnan(first) &&
+               static_cast<double>(stent.samples.size()) * spacing <= now.uncovered + 1e-9) {
             const double apart = spacing * (1 - spec.foreshortening);
             const double arc = first - apart * static_cast<double>(stent.samples.size());
             if (arc <= 0) break;
@@ -384,7 +392,8 @@ void Treatment::place_stent(const Along& along, const blood::BloodFlow& blood, i
     for (int k = 0; k < count; ++k) {
         const double arc = middle + shorter * (0.5 - static_cast<double>(k) / (count - 1));
         const auto n = static_cast<std::size_t>(k);
-        add_sample(stent, along, std::clamp(arc, 1e-6, along.length()), n < radii.size() ? radii[n] : crimped, blood);
+        add_sample(stent, along, std::clamp(arc, 1e-6, along.length()), n < radii.size() ? radii[n] : crimped,
+                   blood);
         PlacedStent::Sample& sample = stent.samples.back();
         if (sample.lesion < 0 && n < places.size()) {
             sample.place.stent = radii[n];
@@ -397,7 +406,8 @@ void Treatment::place_stent(const Along& along, const blood::BloodFlow& blood, i
 void Treatment::tear(const TreatmentEvent& at, double dissects) {
     const auto add = [&](TreatmentEvent::Kind kind) {
         for (const TreatmentEvent& other : events_)
-            if (other.kind == kind && other.branch == at.branch && std::abs(other.along - at.along) < apart) return;
+            if (other.kind == kind && other.branch == at.branch && std::abs(other.along - at.along) < apart)
+                return;
         events_.push_back(at);
         events_.back().kind = kind;
     };
@@ -406,13 +416,14 @@ void Treatment::tear(const TreatmentEvent& at, double dissects) {
 }
 
 /// The balloon is as wide as it would be in air, or as what is around it.
-bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood, const anatomy::Anatomy& anatomy,
-                             int frame) {
+bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
+                             const anatomy::Anatomy& anatomy, int frame) {
     Inflation& now = inflation_.front();
     if (!along.balloon()) return false;
     const scenario::Balloon& balloon = *along.balloon();
     const std::vector<double> before = now.radii, caps = now.caps;
-    const int count = static_cast<int>(std::ceil((balloon.length + 2 * balloon.cone) / physics::Bulge::spacing)) + 1;
+    const int count =
+        static_cast<int>(std::ceil((balloon.length + 2 * balloon.cone) / physics::Bulge::spacing)) + 1;
     const double folded = folded_radius(along.device());
     now.radii.resize(static_cast<std::size_t>(count), folded);
     now.caps.assign(static_cast<std::size_t>(count), folded);
@@ -433,7 +444,8 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood, 
             tears.frame = frame, tears.pressure = now.pressure, tears.branch = cell.branch, tears.place = at;
             double dissects = dissects_at;
             if (lesion) {
-                const auto n = static_cast<std::size_t>(lesion->first), p = static_cast<std::size_t>(lesion->second);
+                const auto n = static_cast<std::size_t>(lesion->first),
+                           p = static_cast<std::size_t>(lesion->second);
                 place = lesions_[n].places[p];
                 if (specs_[n].plaque == physics::Plaque::Calcified) dissects = dissects_calcified_at;
                 tears.branch = lesions_[n].branch, tears.along = stretches_[n].arc[p];
@@ -444,7 +456,8 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood, 
                 tears.outward = aside.norm() > 1e-6 ? Vec3(aside.normalized()) : Vec3(Vec3::UnitX());
                 tears.along = arc_on_branch(anatomy, cell.branch, at);
             }
-            const double blown = loads.balloon ? 0.5 * loads.fraction * balloon.law.diameter(now.pressure) : 0.0;
+            const double blown =
+                loads.balloon ? 0.5 * loads.fraction * balloon.law.diameter(now.pressure) : 0.0;
             wanted = std::max(folded, std::min(blown, place.radius));
             const bool touches = physics::contact_pressure(loads, place.radius) > 0;
             if (touches) {
@@ -499,8 +512,8 @@ std::vector<physics::Bulge> Treatment::bulge(const scenario::Device& device) con
     for (std::size_t k = 0; k < bulge.radii.size(); ++k)
         bulge.radii[k] = std::min(bulge.radii[k], now.caps[k]);
     if (bulge.radii.empty())
-        bulge.radii.assign(static_cast<std::size_t>(std::ceil((balloon.length + 2 * balloon.cone) /
-                                                              physics::Bulge::spacing)) +
+        bulge.radii.assign(static_cast<std::size_t>(
+                               std::ceil((balloon.length + 2 * balloon.cone) / physics::Bulge::spacing)) +
                                1,
                            folded_radius(device));
     bulge.rigidity = balloon.rigidity * std::clamp(now.pressure / balloon.nominal, 0.0, 1.0);
@@ -544,8 +557,8 @@ std::vector<blood::Obstruction> Treatment::obstructions() const {
         for (const OpenedPlace& place : lesions_[n].places) {
             // What lies in it leaves as much less of its section.
             constexpr double least = 0.05;  // [mm]
-            radii.push_back(std::sqrt(std::max(least * least, place.radius * place.radius -
-                                                                  place.device * place.device)));
+            radii.push_back(std::sqrt(
+                std::max(least * least, place.radius * place.radius - place.device * place.device)));
         }
         made.push_back(stretches_[n].obstruction(lesions_[n].branch, radii));
     }

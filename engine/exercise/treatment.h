@@ -21,13 +21,13 @@ namespace exercise {
 
 /// A balloon or a stent's sheath, as it is when it is prepared: folded.
 struct Inflation {
-    std::string device;          // its name in the catalogue, or its file
-    double pressure = 0;         // on the dial [atm]
-    double wanted = 0;           // to which it is on its way [atm]
-    double uncovered = 0;        // of the stent, by its sheath [mm]
-    double to_uncover = 0;       // what is asked for [mm]
+    std::string device;     // its name in the catalogue, or its file
+    double pressure = 0;    // on the dial [atm]
+    double wanted = 0;      // to which it is on its way [atm]
+    double uncovered = 0;   // of the stent, by its sheath [mm]
+    double to_uncover = 0;  // what is asked for [mm]
     bool burst = false;
-    bool deployed = false;       // its stent has begun to leave it
+    bool deployed = false;           // its stent has begun to leave it
     std::vector<double> radii = {};  // of the balloon at each of its samples, as of physics::Bulge [mm]
     std::vector<double> caps = {};   // of them, that the vessel leaves to the chain [mm]
     int plugs = -1;                  // branch of the anatomy in which it lets no blood by; -1 = none
@@ -62,8 +62,8 @@ struct PlacedStent {
     };
     std::string device;
     scenario::Stent spec;
-    int frame = 0;          // of the attempt, at which its deployment began
-    bool attached = true;   // its balloon is in it and inflated, or its sheath has not come off
+    int frame = 0;         // of the attempt, at which its deployment began
+    bool attached = true;  // its balloon is in it and inflated, or its sheath has not come off
     std::vector<Sample> samples;
 
     bool operator==(const PlacedStent& other) const {
@@ -78,17 +78,19 @@ struct TreatmentEvent {
     enum class Kind { Burst, Dissection, Rupture, Deployed };
     static constexpr std::array<std::string_view, 4> names = {"burst", "dissection", "rupture", "deployed"};
     Kind kind = Kind::Burst;
-    int frame = 0;                                    // of the attempt
-    double pressure = 0;                              // [atm]
-    double ratio = 0;                                 // of the vessel's diameter to what it was without plaque
-    int branch = -1;                                  // of the anatomy
-    double along = 0;                                 // from the branch's origin [mm]
-    geometry::Vec3 place = geometry::Vec3::Zero();    // [mm]
+    int frame = 0;                                  // of the attempt
+    double pressure = 0;                            // [atm]
+    double ratio = 0;                               // of the vessel's diameter to what it was without plaque
+    int branch = -1;                                // of the anatomy
+    double along = 0;                               // from the branch's origin [mm]
+    geometry::Vec3 place = geometry::Vec3::Zero();  // [mm]
     geometry::Vec3 outward = geometry::Vec3::Zero();  // unit, out of the vessel
     double volume = 0;                                // of contrast that has left a balloon [ml]
 
     std::string_view name() const { return names[static_cast<std::size_t>(kind)]; }
-    void state(geometry::StateStream& s) { s(kind, frame, pressure, ratio, branch, along, place, outward, volume); }
+    void state(geometry::StateStream& s) {
+        s(kind, frame, pressure, ratio, branch, along, place, outward, volume);
+    }
 };
 
 /// What has happened, in words for the room.
@@ -97,13 +99,13 @@ std::string sentence(const TreatmentEvent&, const anatomy::Anatomy&);
 /// Of all inflations of an attempt.
 struct InflationTally {
     int inflations = 0;
-    double seconds = 0;          // above 1 atm [s]
-    double beyond_rated = 0;     // [s]
-    double highest = 0;          // [atm]
-    double occluded = 0;         // in which a balloon let no blood by [s]
-    double longest = 0;          // of these, without a break [s]
-    double without_break = 0;    // now [s]
-    double largest_ratio = 0;    // of a balloon to the vessel without plaque that it presses on [-]
+    double seconds = 0;        // above 1 atm [s]
+    double beyond_rated = 0;   // [s]
+    double highest = 0;        // [atm]
+    double occluded = 0;       // in which a balloon let no blood by [s]
+    double longest = 0;        // of these, without a break [s]
+    double without_break = 0;  // now [s]
+    double largest_ratio = 0;  // of a balloon to the vessel without plaque that it presses on [-]
     void state(geometry::StateStream& s) {
         s(inflations, seconds, beyond_rated, highest, occluded, longest, without_break, largest_ratio);
     }
@@ -111,11 +113,12 @@ struct InflationTally {
 
 class Treatment {
 public:
-    static constexpr double inflation_rate = 2;   // by the handle's turns (estimate) [atm/s]
-    static constexpr double sheath_speed = 4;     // [mm/s]
-    static constexpr double fastest = 2;          // of a lumen's wall as it is opened (estimate) [mm/s]
-    static constexpr double largest_move = 0.2;   // of a lumen's or a balloon's wall in a frame [mm]
-    /// Balloons burst at this multiple of their rated pressure, below which makers vouch that 999 of 1000 do not.
+    static constexpr double inflation_rate = 2;  // by the handle's turns (estimate) [atm/s]
+    static constexpr double sheath_speed = 4;    // [mm/s]
+    static constexpr double fastest = 2;         // of a lumen's wall as it is opened (estimate) [mm/s]
+    static constexpr double largest_move = 0.2;  // of a lumen's or a balloon's wall in a frame [mm]
+    /// Balloons burst at this multiple of their rated pressure, below which makers vouch that 999 of 1000 do
+    /// not.
     static constexpr double bursts_at = 1.25;
     static constexpr double iodine_in_balloon = 150;  // contrast and saline in equal parts [mg/ml]
     /// Ratios of diameters from which a wall is torn, and torn through.
@@ -131,7 +134,8 @@ public:
     /// Whether there is something to treat, or something to treat with.
     bool given() const { return !lesions_.empty() || !inflation_.empty(); }
 
-    /// Why that can't be done now; empty where it can. `chain`: where the balloon, device `which` of it, lies.
+    /// Why that can't be done now; empty where it can. `chain`: where the balloon, device `which` of it,
+    /// lies.
     std::string problem_with_inflation(double pressure, const physics::Chain&, int which,
                                        const scenario::Device&) const;
     std::string problem_with_sheath(const physics::Chain&, int which, const scenario::Device&) const;
@@ -139,8 +143,8 @@ public:
     void inflate(double pressure) { inflation_.front().wanted = pressure; }
     void retrieve(double length) { inflation_.front().to_uncover += length; }
 
-    /// By a frame of `seconds`; `balloon`: place of the device in the chain, -1 without one. Whether something
-    /// has changed that vessels or devices feel. New events are the last of events().
+    /// By a frame of `seconds`; `balloon`: place of the device in the chain, -1 without one. Whether
+    /// something has changed that vessels or devices feel. New events are the last of events().
     bool step(double seconds, int frame, const physics::Chain&, int balloon, const scenario::Device*,
               const blood::BloodFlow&, const anatomy::Anatomy&);
     /// What the balloon makes of its device.
@@ -188,7 +192,8 @@ private:
 
     // Follow from scenario and anatomy, or are of one step.
     std::vector<BranchStretch> stretches_;  // of lesions_
-    std::vector<std::vector<double>> arcs_;  // of their places along the chain; NaN where it does not pass [mm]
+    std::vector<std::vector<double>>
+        arcs_;  // of their places along the chain; NaN where it does not pass [mm]
     std::vector<scenario::LesionSpec> specs_;
 };
 

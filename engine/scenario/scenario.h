@@ -174,16 +174,17 @@ struct InjurySpec {
     }
 };
 
-/// A narrow place of a vessel that can be treated: plaque in a lumen that is, without it, as the anatomy has it.
+/// A narrow place of a vessel that can be treated: plaque in a lumen that is, without it, as the anatomy has
+/// it.
 struct LesionSpec {
     std::string branch;
     double at = 0, length = 0;  // of its middle from the branch's origin, along it [mm]
     double percent = 0;         // of the diameter, lost in its middle
     double eccentricity = 0;    // 0: from all sides; 1: from one, while the wall opposite stays [-]
-    double angle = 0;           // of the plaque's side about the branch; 0 = as seen from the front, aside [rad]
+    double angle = 0;  // of the plaque's side about the branch; 0 = as seen from the front, aside [rad]
     physics::Plaque plaque = physics::Plaque::Fibrous;
-    /// Where a stent is to begin and end, from the branch's origin, negative in the vessel that it leaves; empty =
-    /// no stent is planned [mm].
+    /// Where a stent is to begin and end, from the branch's origin, negative in the vessel that it leaves;
+    /// empty = no stent is planned [mm].
     std::optional<std::pair<double, double>> stent;
 };
 

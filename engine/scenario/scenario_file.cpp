@@ -320,8 +320,8 @@ void read_lesions(io::Section& top, Scenario& s) {
             section.number("stent_to_mm", ends.second, {-50, script::largest_place});
             if (ends.second <= ends.first)
                 section.refuse("stent_to_mm", *to,
-                               fmt::format("expected a place beyond stent_from_mm, {:g}, found {:g}", ends.first,
-                                           ends.second));
+                               fmt::format("expected a place beyond stent_from_mm, {:g}, found {:g}",
+                                           ends.first, ends.second));
             lesion.stent = ends;
         }
         section.finish();

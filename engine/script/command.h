@@ -16,14 +16,12 @@
 ///     55      grip wire 30 mm            # the hand holds it 30 mm from the valve; the default is 100 mm
 ///     56      pin wire on                # it stays while others move; 'pin wire off': its valve alone holds
 ///     60      remove wire                # all of it; waits its turn behind earlier motions
-///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out; or 'exchange balloon'
-///     62      inflate 8 atm              # the pressure that the inflation device goes to
-///     63      deflate
-///     64      deploy                     # the stent: its balloon to nominal pressure, or all of its sheath back
-///     65      retrieve sheath 2 mm       # of a self-expanding stent
-///     66      mode dsa                   # or live, roadmap, cine
-///     67      mask                       # the next pulse is the mask
-///     68      shift auto                 # moves the mask onto the image; or 'shift 1.5 -0.5 px', to the right
+///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out; or 'exchange
+///     balloon' 62      inflate 8 atm              # the pressure that the inflation device goes to 63
+///     deflate 64      deploy                     # the stent: its balloon to nominal pressure, or all of its
+///     sheath back 65      retrieve sheath 2 mm       # of a self-expanding stent 66      mode dsa # or live,
+///     roadmap, cine 67      mask                       # the next pulse is the mask 68      shift auto #
+///     moves the mask onto the image; or 'shift 1.5 -0.5 px', to the right
 ///                                        # and down, 'shift by 0.5 0 px', 'shift off'
 ///     38      breath hold                # the patient holds it after breathing out; breath free
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30

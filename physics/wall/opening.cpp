@@ -53,7 +53,8 @@ double contact_pressure(const Loads& loads, double radius) {
     return std::max(0.0, loads.pressure - loads.balloon->wall_pressure(2 * radius / loads.fraction));
 }
 
-/// All that presses outwards falls with the radius and all that presses inwards rises: one root, by bisection.
+/// All that presses outwards falls with the radius and all that presses inwards rises: one root, by
+/// bisection.
 double balanced_radius(const OpenedPlace& place, const PlaqueLaw& plaque, const VesselLaw& vessel,
                        const Loads& loads) {
     const auto outwards = [&](double r) {
@@ -94,9 +95,12 @@ void open_place(OpenedPlace& place, const PlaqueLaw& plaque, const VesselLaw& ve
 /// Estimates, so that full opening takes pressures like those observed: docs/treatment.md.
 PlaqueLaw law_of(Plaque kind) {
     switch (kind) {
-        case Plaque::Soft: return {40, 2, 2, 0.3, 0.5};
-        case Plaque::Fibrous: return {80, 6, 3, 0.3, 0.8};
-        case Plaque::Calcified: return {160, 13, 4, 0.25, 1};
+        case Plaque::Soft:
+            return {40, 2, 2, 0.3, 0.5};
+        case Plaque::Fibrous:
+            return {80, 6, 3, 0.3, 0.8};
+        case Plaque::Calcified:
+            return {160, 13, 4, 0.25, 1};
     }
     return {};
 }

@@ -1,8 +1,8 @@
 #pragma once
-/// How far a diseased vessel opens: the radius at one place on which a balloon, the plaque, the vessel's wall and
-/// a stent agree. Each of them is a law between its pressure and a radius, and places along the vessel do not act
-/// on each other: a balloon shows a waist because the plaque is narrow there. Pressures in atm, as on the dial of
-/// an inflation device, above the blood's. Sources of the numbers: docs/treatment.md.
+/// How far a diseased vessel opens: the radius at one place on which a balloon, the plaque, the vessel's wall
+/// and a stent agree. Each of them is a law between its pressure and a radius, and places along the vessel do
+/// not act on each other: a balloon shows a waist because the plaque is narrow there. Pressures in atm, as on
+/// the dial of an inflation device, above the blood's. Sources of the numbers: docs/treatment.md.
 
 #include <array>
 #include <span>
@@ -15,8 +15,8 @@ namespace physics {
 
 inline constexpr double atmosphere = 0.101325;  // [N/mm²]
 
-/// A balloon in air. Folded it has its profile; it unfolds, against next to nothing, by `unfolds_at`, and from
-/// there on follows its maker's table, between whose rows and beyond whose ends it is linear.
+/// A balloon in air. Folded it has its profile; it unfolds, against next to nothing, by `unfolds_at`, and
+/// from there on follows its maker's table, between whose rows and beyond whose ends it is linear.
 struct BalloonLaw {
     struct Row {
         double pressure = 0, diameter = 0;  // [atm], [mm]
@@ -28,8 +28,8 @@ struct BalloonLaw {
     std::vector<Row> table;  // at least two, pressures and diameters rising
 
     double diameter(double pressure) const;
-    /// The pressure that its own wall bears at a diameter; 0 when folded. What it is inflated with beyond that
-    /// presses on what holds it there [atm].
+    /// The pressure that its own wall bears at a diameter; 0 when folded. What it is inflated with beyond
+    /// that presses on what holds it there [atm].
     double wall_pressure(double diameter) const;
     /// ∫ wall_pressure dA from folded to a diameter, per length [atm·mm²].
     double energy(double diameter) const;
@@ -52,12 +52,15 @@ struct OpenedPlace {
 
 enum class Plaque { Soft, Fibrous, Calcified };
 inline constexpr std::array<std::string_view, 3> plaque_names = {"soft", "fibrous", "calcified"};
-inline constexpr std::string_view name_of(Plaque p) { return plaque_names[static_cast<std::size_t>(p)]; }
+inline constexpr std::string_view name_of(Plaque p) {
+    return plaque_names[static_cast<std::size_t>(p)];
+}
 
-/// Plaque in a vessel of radius R. With r the lumen's radius, r_0 the one before the treatment, and r_m the largest
-/// so far, plaque that is opened farther than ever bears K (r − r_0)/R, and from where that has reached the yield
-/// pressure, at r_y, on, yield + hardening (r − r_y)/R. What has yielded is torn: up to r_m it bears no more than the
-/// recoil pressure, falling linearly to 0 at r_0 + (1 − recoil) (r_m − r_y), to where it closes without a load.
+/// Plaque in a vessel of radius R. With r the lumen's radius, r_0 the one before the treatment, and r_m the
+/// largest so far, plaque that is opened farther than ever bears K (r − r_0)/R, and from where that has
+/// reached the yield pressure, at r_y, on, yield + hardening (r − r_y)/R. What has yielded is torn: up to r_m
+/// it bears no more than the recoil pressure, falling linearly to 0 at r_0 + (1 − recoil) (r_m − r_y), to
+/// where it closes without a load.
 struct PlaqueLaw {
     double stiffness = 0;        // K [atm]; 0 = no plaque
     double yield = 0;            // [atm]
@@ -71,20 +74,24 @@ struct PlaqueLaw {
     double closes_to(const OpenedPlace&) const;
 
 private:
-    double yields_at(const OpenedPlace& place) const { return place.before + place.reference * yield / stiffness; }
+    double yields_at(const OpenedPlace& place) const {
+        return place.before + place.reference * yield / stiffness;
+    }
 };
 PlaqueLaw law_of(Plaque);
 
-/// A vessel's wall beyond its radius R without a load: a Fung exponential, c (exp(b ε) − 1)/b with ε = r/R − 1.
+/// A vessel's wall beyond its radius R without a load: a Fung exponential, c (exp(b ε) − 1)/b with ε = r/R
+/// − 1.
 struct VesselLaw {
-    double stiffness = 0.8;  // c [atm]
-    double exponent = 10;    // b [-]
+    double stiffness = 0.8;                // c [atm]
+    double exponent = 10;                  // b [-]
     double pressure(double strain) const;  // 0 where it is not stretched
 };
 
-/// A stent of expanded radius r_s. One that is balloon-expandable keeps r_s (1 − recoil) against all pressures
-/// up to its strength, above which it yields inwards; it opens farther under `opens_at`. A self-expanding one
-/// presses outwards with `outward` times its oversize 1 − r/r_free, and bears `strength` times that.
+/// A stent of expanded radius r_s. One that is balloon-expandable keeps r_s (1 − recoil) against all
+/// pressures up to its strength, above which it yields inwards; it opens farther under `opens_at`. A
+/// self-expanding one presses outwards with `outward` times its oversize 1 − r/r_free, and bears `strength`
+/// times that.
 struct StentLaw {
     bool self_expanding = false;
     double free_radius = 0;  // self-expanding, or the largest to which it may be dilated [mm]
@@ -92,7 +99,9 @@ struct StentLaw {
     double strength = 0;     // [atm]
     double outward = 0;      // [atm]
     double opens_at = 0;     // [atm]
-    void state(geometry::StateStream& s) { s(self_expanding, free_radius, recoil, strength, outward, opens_at); }
+    void state(geometry::StateStream& s) {
+        s(self_expanding, free_radius, recoil, strength, outward, opens_at);
+    }
 };
 
 /// What acts on a place from within.
@@ -104,8 +113,8 @@ struct Loads {
     double device = 0;                    // radius of what lies there besides [mm]
 };
 
-/// Moves a place towards the radius at which all are in balance, by at most `most` [mm]; no place is narrower than
-/// the device in it. Unconditionally stable; a larger pressure never gives a smaller radius.
+/// Moves a place towards the radius at which all are in balance, by at most `most` [mm]; no place is narrower
+/// than the device in it. Unconditionally stable; a larger pressure never gives a smaller radius.
 void open_place(OpenedPlace&, const PlaqueLaw&, const VesselLaw&, const Loads&, double most);
 /// The radius towards which it would move [mm].
 double balanced_radius(const OpenedPlace&, const PlaqueLaw&, const VesselLaw&, const Loads&);

@@ -182,7 +182,8 @@ double varying_length(const Device& device) {
 double Bulge::radius(double s) const {
     const double at = (s - from_tip) / spacing;
     if (radii.empty() || at < 0 || at > static_cast<double>(radii.size() - 1)) return 0;
-    const auto k = std::min(static_cast<std::size_t>(at), radii.size() - 1), next = std::min(k + 1, radii.size() - 1);
+    const auto k = std::min(static_cast<std::size_t>(at), radii.size() - 1),
+               next = std::min(k + 1, radii.size() - 1);
     return radii[k] + (at - static_cast<double>(k)) * (radii[next] - radii[k]);
 }
 

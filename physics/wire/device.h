@@ -119,9 +119,9 @@ double varying_length(const DeviceSpec&);
 
 /// A part of a device that is wider and stiffer than the rest, and changes: a balloon.
 struct Bulge {
-    double from_tip = 0;         // of the device, to the first of `radii` [mm]
-    std::vector<double> radii;   // `spacing` apart toward the hub; outside the device's own radius counts [mm]
-    double rigidity = 0;         // EI in addition [N·mm²]
+    double from_tip = 0;        // of the device, to the first of `radii` [mm]
+    std::vector<double> radii;  // `spacing` apart toward the hub; outside the device's own radius counts [mm]
+    double rigidity = 0;        // EI in addition [N·mm²]
     static constexpr double spacing = 1;  // [mm]
 
     bool operator==(const Bulge&) const = default;
