@@ -316,6 +316,7 @@ public:
             masks[std::string(script::name_of(roles[k])).c_str()] = array_of(made.devices[k]);
         masks["vessels"] = array_of(made.vessels);
         if (made.extravasation) masks["extravasation"] = array_of(*made.extravasation);
+        if (made.stents) masks["stent"] = array_of(*made.stents);
         return masks;
     }
     Doubles project(const Doubles& places, const std::optional<int>& pixels) {

@@ -178,10 +178,10 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     const bool view = masks_ && masked_.arm == pulse.arm && masked_.exposure.vessel_shift == shift &&
                       masked_.exposure.vessel_moves == moves;
     const auto same = [](const exercise::PulsedDevice& a, const exercise::PulsedDevice& b) {
-        return a.role == b.role && a.joints == b.joints && a.look == b.look;
+        return a.role == b.role && a.joints == b.joints && a.look == b.look && a.filling == b.filling;
     };
     const bool leaks = !pulse.exposure.clouds.empty();
-    if (view && !leaks && !masks_->extravasation &&
+    if (view && !leaks && !masks_->extravasation && pulse.stents == masked_.stents &&
         std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(), masked_.devices.end(),
                    same))
         return *masks_;
@@ -192,8 +192,9 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     if (!view) made.vessels = filled(arm.pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves));
     made.devices.clear();
     for (const exercise::PulsedDevice& device : pulse.devices)
-        made.devices.push_back(
-            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, device.seen(), shift)));
+        made.devices.push_back(filled(arm.pixels, exercise::device_pixels(fluoroscope, pulse, device)));
+    made.stents.reset();
+    if (!pulse.stents.empty()) made.stents = filled(arm.pixels, exercise::stent_pixels(fluoroscope, pulse));
     made.extravasation.reset();
     if (leaks)
         made.extravasation =
@@ -316,7 +317,8 @@ void Episode::step(std::span<const script::Command> given) {
     }
     for (const script::Command& command : commands)
         if (const auto* exchange = std::get_if<script::Exchange>(&command))
-            read_.push_back(exercise::file_of_device(exchange->held, exchange->device, simulation().scenario()));
+            read_.push_back(
+                exercise::file_of_device(exchange->held, exchange->device, simulation().scenario()));
     asked_.clear();
     asked_console_.reset();
     hash_.reset();

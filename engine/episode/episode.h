@@ -70,6 +70,7 @@ public:
         std::optional<render::GrayImage> extravasation;  // where contrast has leaked into tissue
         render::GrayImage vessels;
         std::vector<render::GrayImage> devices;  // of the simulation's, innermost first
+        std::optional<render::GrayImage> stents;
     };
     const Masks& masks(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&);
 

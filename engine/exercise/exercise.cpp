@@ -172,7 +172,8 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
     truth.pulse = pulse;
     truth.vessels = mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift, moves));
     for (const PulsedDevice& device : pulse.devices)
-        truth.devices.push_back(mask(pixels, fluoroscope.device_pixels(pulse.arm, device.seen(), shift)));
+        truth.devices.push_back(mask(pixels, device_pixels(fluoroscope, pulse, device)));
+    if (!pulse.stents.empty()) truth.stents = mask(pixels, stent_pixels(fluoroscope, pulse));
     truth.dose = monitor.last_dose();
     if (!pulse.exposure.clouds.empty())
         truth.extravasation =

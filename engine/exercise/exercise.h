@@ -33,7 +33,8 @@ struct Truth {
     render::GrayImage vessels;               // 255 where a lumen lies in the beam, else 0
     /// 255 where contrast that has leaked into tissue shows; empty where none has.
     std::optional<render::GrayImage> extravasation = {};
-    double dose = 0;                                          // of the pulse at the detector [nGy]
+    std::optional<render::GrayImage> stents = {};  // 255 where one casts its shadow; empty without any
+    double dose = 0;                               // of the pulse at the detector [nGy]
     std::optional<render::Field> signal = {}, expected = {};  // [quanta]
     std::optional<render::DeepImage> labels =
         {};                                  // the branch that the ray runs through longest, from 1; 0 = none

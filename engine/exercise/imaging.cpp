@@ -12,6 +12,7 @@
 #include "engine/exercise/body.h"
 #include "engine/exercise/distal_trees.h"
 #include "engine/exercise/room_in_beam.h"
+#include "engine/exercise/treatment_image.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/patient/ct_patient.h"
@@ -395,6 +396,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
         if (flows) pulse.devices.back().iodine = iodine_of(simulation, k, pulse.devices.back().joints);
         ++k;
     }
+    show_treatment(simulation, pulse);
     for (const Simulation::Standing& standing : simulation.standing()) {
         pulse.tubes.push_back({standing.tube.joints, standing.tube.look});
         for (geometry::Vec3& joint : pulse.tubes.back().joints)
@@ -456,7 +458,10 @@ bool has_contrast(const render::Exposure& exposure) {
 }
 
 void remove_contrast(Pulse& pulse) {
-    for (PulsedDevice& device : pulse.devices) device.iodine = {};
+    for (PulsedDevice& device : pulse.devices) {
+        device.iodine = {};
+        device.filling.clear();
+    }
     for (PulsedTube& tube : pulse.tubes) tube.iodine = {};
     render::Exposure& exposure = pulse.exposure;
     exposure.iodine = 0;

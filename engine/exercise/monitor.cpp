@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,29 @@ constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those be
 /// From the last pulse at another place until the image is sharp [s].
 constexpr double settling = 0.3;
 
+void add_pixels(std::vector<std::uint32_t>& pixels, const std::vector<std::uint32_t>& more) {
+    std::vector<std::uint32_t> all;
+    std::ranges::set_union(pixels, more, std::back_inserter(all));
+    pixels = std::move(all);
+}
+
 }  // namespace
+
+std::vector<std::uint32_t> device_pixels(render::Fluoroscope& fluoroscope, const Pulse& pulse,
+                                         const PulsedDevice& device) {
+    const geometry::Vec3& shift = pulse.exposure.vessel_shift;
+    std::vector<std::uint32_t> pixels = fluoroscope.device_pixels(pulse.arm, device.seen(), shift);
+    for (const PulsedTube& filling : device.filling)
+        add_pixels(pixels, fluoroscope.device_pixels(pulse.arm, filling.seen(), shift));
+    return pixels;
+}
+
+std::vector<std::uint32_t> stent_pixels(render::Fluoroscope& fluoroscope, const Pulse& pulse) {
+    std::vector<std::uint32_t> pixels;
+    for (const PulsedStent& stent : pulse.stents)
+        add_pixels(pixels, fluoroscope.device_pixels(pulse.arm, stent.seen(), pulse.exposure.vessel_shift));
+    return pixels;
+}
 
 Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluoroscope)) {}
 

@@ -13,29 +13,49 @@
 
 namespace exercise {
 
+/// What stands beside devices, introducer and flush catheters, or belongs to one.
+struct PulsedTube {
+    geometry::Polyline joints;  // [mm]
+    render::WireLook look;
+    render::DeviceIodine iodine = {};
+    std::vector<double> radii = {};  // as in render::SeenDevice [mm]
+
+    render::SeenDevice seen() const { return {joints, radii, &look, &iodine}; }
+    bool operator==(const PulsedTube&) const = default;
+    void state(geometry::StateStream& s) {
+        s(joints, look, iodine);
+        s.unless_empty(radii);
+    }
+};
 /// A device in the beam.
 struct PulsedDevice {
     script::DeviceRole role = script::DeviceRole::Wire;
     geometry::Polyline joints;  // empty where it is out [mm]
     render::WireLook look;
     render::DeviceIodine iodine = {};
+    std::vector<PulsedTube> filling = {};  // contrast in its balloon; none or one
 
     render::SeenDevice seen() const { return {joints, {}, &look, &iodine}; }
-    void state(geometry::StateStream& s) { s(role, joints, look, iodine); }
+    void state(geometry::StateStream& s) {
+        s(role, joints, look, iodine);
+        s.unless_empty(filling);
+    }
 };
-/// What stands beside them: introducer and flush catheters.
-struct PulsedTube {
-    geometry::Polyline joints;  // [mm]
+/// The metal of a stent: a line of its struts' thickness.
+struct PulsedStent {
+    geometry::Polyline struts;  // [mm]
     render::WireLook look;
-    render::DeviceIodine iodine = {};
 
-    void state(geometry::StateStream& s) { s(joints, look, iodine); }
+    render::SeenDevice seen() const { return {struts, {}, &look, nullptr, true}; }
+    bool operator==(const PulsedStent&) const = default;
+    void state(geometry::StateStream& s) { s(struts, look); }
 };
 
 struct Pulse {
     render::CArm arm;
     std::vector<PulsedDevice> devices;  // innermost first
     std::vector<PulsedTube> tubes;
+    std::vector<PulsedStent> stents = {};
     int tip_of_device = 0;  // the exercise's tip
     render::Exposure exposure;
     script::ImagingMode mode = script::ImagingMode::Live;
@@ -45,14 +65,24 @@ struct Pulse {
     const geometry::Polyline& tip_of() const { return devices[tip_of_device].joints; }
     render::SeenDevices seen() const {
         render::SeenDevices seen;
-        for (const PulsedDevice& device : devices) seen.all.push_back(device.seen());
-        for (const PulsedTube& tube : tubes) seen.all.push_back({tube.joints, {}, &tube.look, &tube.iodine});
+        for (const PulsedDevice& device : devices) {
+            seen.all.push_back(device.seen());
+            for (const PulsedTube& filling : device.filling) seen.all.push_back(filling.seen());
+        }
+        for (const PulsedTube& tube : tubes) seen.all.push_back(tube.seen());
+        for (const PulsedStent& stent : stents) seen.all.push_back(stent.seen());
         return seen;
     }
     void state(geometry::StateStream& s) {
         s(arm, devices, tubes, tip_of_device, exposure, mode, new_mask, time);
+        s.unless_empty(stents);
     }
 };
+
+/// Pixels that a device of the pulse shadows, with what fills its balloon; ascending.
+std::vector<std::uint32_t> device_pixels(render::Fluoroscope&, const Pulse&, const PulsedDevice&);
+/// The same of all its stents.
+std::vector<std::uint32_t> stent_pixels(render::Fluoroscope&, const Pulse&);
 
 /// Live images mix each pulse with those before it (the lag of detector and noise filter), cine by the
 /// detector's lag alone; DSA subtracts the first pulse taken in that mode; a roadmap lays the vessels that

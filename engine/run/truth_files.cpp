@@ -47,9 +47,9 @@ std::string length_file(int frame, std::size_t layer) {
 }  // namespace
 
 bool is_truth_ending(const std::string& ending) {
-    for (const char* known :
-         {".json", "_wire.png", "_microcatheter.png", "_intermediate.png", "_balloon.png", "_catheter.png",
-          "_sheath.png", "_vessels.png", "_extravasation.png", "_signal.png", "_expected.png", "_labels.png"})
+    for (const char* known : {".json", "_wire.png", "_microcatheter.png", "_intermediate.png", "_balloon.png",
+                              "_catheter.png", "_sheath.png", "_stent.png", "_vessels.png",
+                              "_extravasation.png", "_signal.png", "_expected.png", "_labels.png"})
         if (ending == known) return true;
     return ending.starts_with("_length_") && ending.ends_with(".png");
 }
@@ -101,6 +101,7 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     }
     json["vessel_mask"] = stem(time.index) + "_vessels.png";
     if (truth.extravasation) json["extravasation_mask"] = stem(time.index) + "_extravasation.png";
+    if (truth.stents) json["stent_mask"] = stem(time.index) + "_stent.png";
     const double per_level = quanta_per_level(arm, truth.dose);
     if (truth.signal)
         json["signal"] = {{"file", stem(time.index) + "_signal.png"}, {"quanta_per_level", per_level}};
@@ -194,6 +195,7 @@ void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& 
         const auto name = [&](const std::string& what) { return stem(time.index) + what; };
         add(name("_vessels.png"), truth->vessels);
         if (truth->extravasation) add(name("_extravasation.png"), *truth->extravasation);
+        if (truth->stents) add(name("_stent.png"), *truth->stents);
         for (std::size_t k = 0; k < truth->devices.size(); ++k)
             add(name(fmt::format("_{}.png", script::name_of(truth->pulse.devices[k].role))),
                 truth->devices[k]);

@@ -657,8 +657,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
         Bins displaced = blood;
         for (int k = 0; k < energy_bins; ++k) displaced[k] += iodine[d].around * per_concentration[k];
         const WireLook& look = device.look ? *device.look : state.config.wire;
-        shadows.push_back(
-            {device.joints, look, wire_attenuation(look, beam.bins, displaced), &iodine[d], device.radii});
+        shadows.push_back({device.joints, look, wire_attenuation(look, beam.bins, displaced), &iodine[d],
+                           device.radii, device.straight});
     }
     for (const WirePixel& pixel : state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), shadows,
                                                   per_concentration, unsharp)) {
