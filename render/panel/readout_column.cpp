@@ -342,7 +342,8 @@ void draw_balloon(Canvas& canvas, const Box& area, const Readout& r) {
         const Ink ink = b.burst || beyond                         ? palette::alarm
                         : *b.pressure > b.nominal.value_or(0) + 1 ? palette::caution
                                                                   : palette::calm;
-        row(canvas, area, y, "Balloon", inflation_text(b), b.burst || beyond ? ink : palette::value);
+        canvas.text({area.left, y}, inflation_text(b), Face::Plain, b.burst || beyond ? ink : palette::value,
+                    Align::Left, area.right - area.left);
         bar(canvas, area, y + 18.0f, fraction_of(b.pressure, b.rated), ink);
         y += 28.0f;
         row(canvas, area, y, "Width", balloon_width_text(b));
