@@ -373,8 +373,8 @@ void Simulation::move_hub(StepReport& report) {
         if (hub_is_idle()) balance();
     } else {
         const bool stiffer = physics::let_rest(moving_, 1 / scenario_.frame_rate);
-        const bool goes_back = change_vessels(report);
-        if (hub_is_idle() && (stiffer || goes_back))
+        change_vessels(report);
+        if (hub_is_idle() && stiffer)
             account(hub_->settle(moving_, updates_left(report)), report);
     }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_models(report);

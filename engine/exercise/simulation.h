@@ -323,7 +323,9 @@ private:
     void show();
     bool is_lost() const;
     void show_rest(StepReport&);
-    bool change_vessels(StepReport&);
+    void change_vessels(StepReport&);
+    void settle_changed(StepReport&);
+    void go_back(StepReport&);
     void take_up_changes();
     // Of balloons and stents.
     int balloon() const;  // place in the list of devices, -1 = none

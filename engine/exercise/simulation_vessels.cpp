@@ -94,37 +94,54 @@ bool Simulation::renew_vessels(std::string* said) {
     return true;
 }
 
-/// What complications and a treatment change of vessels and devices by a frame, of a chain at rest. Where it
-/// finds no rest in what complications leave of the lumen with a part of the frame's work, or none at all
-/// around a balloon, all stays as it was, and the chain goes back to its last rest, which is to be settled:
-/// true. The next frame tries again. What was relieved goes, and a balloon deflates, in any case.
-bool Simulation::change_vessels(StepReport& report) {
-    constexpr int fraction = 4;  // of the frame's work
-    if (!complications_.in_vessels() && !treatment_.given()) return false;
-    Complications before = complications_;
-    Treatment untreated = treatment_;
+/// What complications and a treatment change of vessels and devices by a frame, of a chain at rest, with a part of
+/// the frame's work each.
+void Simulation::change_vessels(StepReport& report) {
+    if (complications_.in_vessels()) {
+        Complications before = complications_;
+        const bool opens = going(complications_);
+        if (complications_.step(1 / scenario_.frame_rate, moving_)) {
+            settle_changed(report);
+            // Where the chain finds no rest in what they leave of the lumen they stay as they were, and the next
+            // frame tries again. What was relieved goes in any case.
+            if (!opens && (hub_->working() || is_lost())) {
+                complications_ = std::move(before);
+                go_back(report);
+            }
+        }
+    }
+    if (!treatment_.given() || hub_->working()) return;
+    Treatment before = treatment_;
     const std::size_t events = treatment_.events().size();
-    bool changed = complications_.in_vessels() && complications_.step(1 / scenario_.frame_rate, moving_);
-    const bool rises =
-        treatment_.inflation() && treatment_.inflation()->wanted > treatment_.inflation()->pressure;
-    changed = treat() || changed;
-    if (changed) {
-        if (moving_.grips.empty()) physics::start_grips(moving_, true);
-        take_up_changes();
-        hub_->wall_has_changed();
-        account(hub_->settle(moving_, frame_updates() / fraction), report);
-        const bool closes = complications_.in_vessels() && !going(complications_);
-        if (hub_->working() ? closes : is_lost() && (closes || rises)) {
-            complications_ = std::move(before);
-            treatment_ = std::move(untreated);
-            take_up_changes();
-            hub_->wall_has_changed();
-            moving_ = wire_;
-            return true;
+    const Inflation* inflation = treatment_.inflation();
+    const bool rises = inflation && inflation->wanted > inflation->pressure;
+    if (treat()) {
+        settle_changed(report);
+        // A chain that finds none around a balloon that is being inflated has it as it was. One that needs more
+        // work goes on in the next frames.
+        if (rises && !hub_->working() && !hub_->last_report().at_rest()) {
+            treatment_ = std::move(before);
+            return go_back(report);
         }
     }
     follow_events(events, report);
-    return false;
+}
+
+/// In vessels that have changed, with a part of the frame's work.
+void Simulation::settle_changed(StepReport& report) {
+    constexpr int fraction = 4;
+    if (moving_.grips.empty()) physics::start_grips(moving_, true);
+    take_up_changes();
+    hub_->wall_has_changed();
+    account(hub_->settle(moving_, frame_updates() / fraction), report);
+}
+
+/// To the last rest, in the vessels that it was in.
+void Simulation::go_back(StepReport& report) {
+    take_up_changes();
+    hub_->wall_has_changed();
+    moving_ = wire_;
+    account(hub_->settle(moving_, updates_left(report)), report);
 }
 
 void Simulation::take_up_changes() {
