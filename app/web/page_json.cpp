@@ -49,6 +49,24 @@ Json devices_of(const render::Readout& r) {
     return made;
 }
 
+/// Its rows, and how far its bar goes: 1 at the rated pressure.
+Json balloon_of(const render::Readout::Balloon& b) {
+    Json lines = Json::array();
+    if (b.pressure) {
+        lines.push_back({"Balloon", render::inflation_text(b)});
+        lines.push_back({"Width", render::balloon_width_text(b)});
+        lines.push_back({"Inflated", render::clock_text(b.seconds)});
+    }
+    if (b.stent) lines.push_back({"Stent", render::stent_text(b)});
+    return {{"title", b.stent ? "Stent" : "Balloon"},
+            {"device", b.title},
+            {"rows", lines},
+            {"burst", b.burst},
+            {"isStent", b.stent.has_value()},
+            {"fraction", b.pressure && b.rated ? number(*b.pressure / *b.rated) : Json()},
+            {"nominal", b.nominal && b.rated ? number(*b.nominal / *b.rated) : Json()}};
+}
+
 Json marks_of(const render::Readout& r) {
     const render::ImageMarks at =
         r.image.value_or(render::ImageMarks{r.mode, r.lao, r.cranial, {}, {}, {}, r.frame, {}});
@@ -120,6 +138,7 @@ Json readout_of(const render::Readout& r) {
         {"mmPerImage",
          r.field_of_view && r.sod && r.sid ? number(*r.field_of_view * *r.sod / *r.sid) : Json()},
         {"marks", marks_of(r)}};
+    if (r.balloon) made["balloon"] = balloon_of(*r.balloon);
     if (!r.pressure_of.empty())
         made["groups"].push_back(
             {{"title", "Pressure"},

@@ -119,10 +119,10 @@ scenario::Device device_of_catalogue(script::DeviceRole role, const std::string&
                              scenario::names_of(kinds));
     const int which = *scenario.index_of(role);
     const auto fits = [&](const scenario::Device& inner, const scenario::Device& outer) {
-        if (inner.outer_diameter >= outer.inner_diameter)
+        if (inner.widest() >= outer.inner_diameter)
             throw io::InputError(
                 "the {} '{}' of {:g} mm does not fit a lumen of {:g} mm; expected a thinner {}",
-                scenario::name_of(inner.kind), inner.name, inner.outer_diameter, outer.inner_diameter,
+                scenario::name_of(inner.kind), inner.name, inner.widest(), outer.inner_diameter,
                 scenario::name_of(inner.kind));
     };
     if (which + 1 < static_cast<int>(scenario.devices.size()))

@@ -43,6 +43,39 @@ const char* label_of(script::ImagingMode mode) {
     return labels[static_cast<std::size_t>(mode)];
 }
 
+/// The balloon or the stent that is used now.
+std::optional<render::Readout::Balloon> balloon_of(const Simulation& simulation) {
+    const Inflation* const now = simulation.treatment().inflation();
+    const auto which = simulation.scenario().index_of(script::DeviceRole::Balloon);
+    if (!now || !which) return {};
+    const scenario::Device& device = simulation.devices()[static_cast<std::size_t>(*which)].device;
+    render::Readout::Balloon seen;
+    seen.title = device.title;
+    seen.burst = now->burst;
+    seen.deployed = now->deployed;
+    if (device.balloon) {
+        const scenario::Balloon& balloon = *device.balloon;
+        seen.pressure = now->pressure;
+        seen.nominal = balloon.nominal;
+        seen.rated = balloon.rated;
+        double least = std::numeric_limits<double>::infinity(), most = 0;
+        const physics::Bulge shape{balloon.from_tip - balloon.cone, now->radii};
+        for (double s = 0; s <= balloon.length; s += physics::Bulge::spacing) {
+            const double r = shape.radius(balloon.from_tip + s);
+            least = std::min(least, r), most = std::max(most, r);
+        }
+        if (most <= 0) least = most = 0.5 * balloon.law.profile;
+        seen.diameter = 2 * most;
+        seen.waist = 2 * least;
+    }
+    if (device.stent) {
+        seen.stent = device.stent->length;
+        // The sheath is measured along the crimped stent.
+        if (device.stent->law.self_expanding) seen.out = now->uncovered * (1 - device.stent->foreshortening);
+    }
+    return seen;
+}
+
 }  // namespace
 
 std::string mask_shift_sentence(const MaskShift& shift) {
@@ -93,6 +126,9 @@ void Notices::observe(const Frame& frame) {
     for (const Injury& injury :
          frame.simulation.injuries().all().last(static_cast<std::size_t>(report.injuries)))
         injuries_.add(frame.time.index, sentence(injury, frame.simulation));
+    for (const TreatmentEvent& event : report.treated)
+        if (event.kind != TreatmentEvent::Kind::Deployed)
+            treated_.add(frame.time.index, sentence(event, frame.simulation.anatomy()));
     for (const std::string& torsion : report.torsions)
         changes_.add(frame.time.index, "from now on " + torsion);
     if (!report.vessels.empty()) changes_.add(frame.time.index, "from now on " + report.vessels);
@@ -124,6 +160,7 @@ void Notices::First::end(std::vector<std::string>& text, const char* what) const
 std::vector<std::string> Notices::text() const {
     std::vector<std::string> result;
     injuries_.end(result, "injuries");
+    treated_.end(result, "events of the balloon");
     const auto in_frames = [&](int count, fmt::format_string<std::string> text) {
         if (count > 0) result.push_back(fmt::format(text, frames(count)));
     };
@@ -218,6 +255,29 @@ void RoomReadout::say_of_breath(scenario::Breathing::Event event) {
     if (event == Event::Refused) say("The patient is still out of breath", render::Notice::Warning);
 }
 
+void RoomReadout::follow_balloon(const Frame& seen) {
+    const Simulation& simulation = seen.simulation;
+    using Kind = TreatmentEvent::Kind;
+    for (const TreatmentEvent& event : seen.motion.treated)
+        say(sentence(event, simulation.anatomy()), event.kind == Kind::Deployed ? render::Notice::Info
+                                                   : event.kind == Kind::Burst  ? render::Notice::Warning
+                                                                                : render::Notice::Alarm);
+    const Inflation* const now = simulation.treatment().inflation();
+    const auto which = simulation.scenario().index_of(script::DeviceRole::Balloon);
+    if (!now || !which) return;
+    const scenario::Device& device = simulation.devices()[static_cast<std::size_t>(*which)].device;
+    const bool inflated = now->pressure > 0 && now->wanted > 0;
+    if (inflated && !was_inflated_) inflated_ = 0;
+    was_inflated_ = inflated;
+    if (now->pressure > 0) inflated_ += 1 / simulation.scenario().frame_rate;
+    const bool beyond = device.balloon && now->pressure > device.balloon->rated;
+    if (beyond && !beyond_rated_)
+        say(fmt::format("The balloon is beyond its rated pressure of {:g} atm and may burst",
+                        device.balloon->rated),
+            render::Notice::Warning);
+    beyond_rated_ = beyond;
+}
+
 void RoomReadout::observe(const Frame& seen, const Score& score) {
     const Simulation& simulation = seen.simulation;
     const StepReport& report = seen.motion;
@@ -262,7 +322,15 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     if (report.buckled) say("The shaft bows outside: it is pushed too hard", render::Notice::Warning);
     if (report.too_thick) say("A catheter goes no further: the vessel is narrower", render::Notice::Warning);
     if (!report.denied.empty()) say(report.denied, render::Notice::Warning);
-    if (!report.exchanged.empty()) say("The wire is now: " + report.exchanged, render::Notice::Success);
+    if (!report.exchanged.empty()) {
+        const auto devices = simulation.devices();
+        const auto other = std::ranges::find_if(devices, [&](const scenario::PlacedDevice& placed) {
+            return placed.role == script::DeviceRole::Balloon && placed.device.title == report.exchanged;
+        });
+        say((other == devices.end() ? "The wire is now: " : "On the wire is now: ") + report.exchanged,
+            render::Notice::Success);
+    }
+    follow_balloon(seen);
     if (report.withdrawal_stopped) say("The tip is at the introducer", render::Notice::Warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (seen.monitor && seen.monitor->map_is_missing())
@@ -329,6 +397,8 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
                              placed.device.length, hand.turned, hand.load.torque, hand.load.push,
                              simulation.gripped_at(placed.role), hand.bow});
     }
+    r.balloon = balloon_of(simulation);
+    if (r.balloon) r.balloon->seconds = inflated_;
     r.tip_to_target = simulation.tip_to_target();
     if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();
     if (!wall_forces_.empty()) r.largest_wall_force = wall_forces_.back();

@@ -45,7 +45,8 @@ private:
         void add(int frame, const std::string& sentence);
         void end(std::vector<std::string>& text, const char* what) const;
     };
-    First injuries_{20}, changes_{6}, mask_shifts_{20};  // shifts: of those that were found, or not made
+    First treated_{20}, injuries_{20}, changes_{6},
+        mask_shifts_{20};  // shifts: of those that were found, or not made
     std::vector<std::string> denied_;
     int gasps_ = 0;
     double deepest_crossing_ = 0, most_waiting_ = 0;  // [mm]
@@ -63,12 +64,13 @@ public:
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
         s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_,
-          was_past_end_, notified_, errors_, pressures_);
+          was_past_end_, notified_, errors_, pressures_, inflated_, was_inflated_, beyond_rated_);
     }
 
 private:
     void notify_of_dose(const Score&);
     void say_of_breath(scenario::Breathing::Event);
+    void follow_balloon(const Frame&);
 
     struct TimedMessage {
         int frame = 0;  // of the attempt
@@ -85,6 +87,9 @@ private:
     bool tip_shows_ = true;      // in the image, when the beam was last on
     bool was_past_end_ = false;  // the tip, of the vessels, at the last frame
     std::size_t errors_ = 0;     // of handling, told so far
+    double inflated_ = 0;        // for so long, the balloon now or at the last inflation [s]
+    bool was_inflated_ = false;  // and going up, at the last frame
+    bool beyond_rated_ = false;  // its pressure, at the last frame
     int notified_ = 0;           // dose notifications already given, a bit for each kind
 };
 

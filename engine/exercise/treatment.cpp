@@ -143,6 +143,14 @@ private:
 std::vector<std::string> Treatment::problems(const scenario::Scenario& scenario,
                                              const anatomy::Anatomy& anatomy) {
     std::vector<std::string> found;
+    for (const scenario::PlacedDevice& placed : scenario.devices)
+        for (const std::string& name : placed.tray) {
+            try {
+                static_cast<void>(device_of_catalogue(placed.role, name, scenario));
+            } catch (const io::InputError& error) {
+                found.push_back(io::located(scenario.place(placed.section + ".tray"), error.what()));
+            }
+        }
     for (std::size_t n = 0; n < scenario.lesions.size(); ++n) {
         const scenario::LesionSpec& spec = scenario.lesions[n];
         if (const std::string wrong = stretch_problem(anatomy, spec.branch, spec.at, spec.length, "lesion");

@@ -124,7 +124,8 @@ public:
     /// Ratios of diameters from which a wall is torn, and torn through.
     static constexpr double dissects_at = 1.3, dissects_calcified_at = 1.2, ruptures_at = 1.5;
 
-    /// The problems with a scenario's lesions in these vessels, a sentence each, with where the file says so.
+    /// The problems with a scenario's lesions in these vessels and with what its tray has, a sentence each,
+    /// with where the file says so.
     static std::vector<std::string> problems(const scenario::Scenario&, const anatomy::Anatomy&);
 
     /// Everything as before the treatment.

@@ -11,6 +11,10 @@ namespace room {
 namespace {
 
 constexpr double smallest_motion = 1e-6;  // [mm], [rad]
+constexpr double atm_step = 1;            // of a press [atm]
+constexpr double sheath_step = 2;         // of a press [mm]
+constexpr double repeat_time = 0.5;       // by which the handle and the sheath follow (Treatment) [s]
+constexpr double at_valve = 20;           // what is still inside of a device that is taken out at once [mm]
 
 int speed_of(const Input& input) {
     return input.holds(Action::Fine) ? 0 : input.holds(Action::Fast) ? 2 : 1;
@@ -60,6 +64,7 @@ Hands::Hands(KeyMap keys, double frame_time) : keys_(std::move(keys)), frame_tim
 
 void Hands::rest() {
     hands_ = {};
+    inflates_ = deploys_ = {};
 }
 
 /// Mean fraction of its full speed over the frame.
@@ -72,6 +77,14 @@ double Hands::run_up(bool held, double& since) const {
     since += frame_time_;
     return whole <= 0 ? 1
                       : std::min(1.0, Speeds::first_fraction + (1 - Speeds::first_fraction) * middle / whole);
+}
+
+bool Hands::is_due(bool held, Repeated& key) const {
+    key.left = key.held && held ? key.left - frame_time_ : 0;
+    key.held = held;
+    if (!held || key.left > 1e-9) return false;
+    key.left += repeat_time;
+    return true;
 }
 
 /// What the hand pushes and turns its device by in this frame [mm], [rad].
@@ -340,6 +353,57 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
     }
 }
 
+/// The balloon's pressure, the stent's sheath, and which device is used.
+void Hands::treat(const Input& input, const exercise::Simulation& simulation,
+                  std::vector<script::Command>& commands, Messages& messages) {
+    const auto pressed = [&](Action action) {
+        return std::ranges::find(input.pressed, action) != input.pressed.end();
+    };
+    const bool goes_on = deploys_.held, inflate = is_due(input.holds(Action::Inflate), inflates_),
+               deploy = is_due(input.holds(Action::Deploy), deploys_);
+    const bool deflate = pressed(Action::Deflate), next = pressed(Action::NextBalloon);
+    if (!inflate && !deploy && !deflate && !next) return;
+    const auto which = simulation.scenario().index_of(script::DeviceRole::Balloon);
+    if (!which) return warn(messages, "This exercise has neither balloon nor stent");
+    if (simulation.scenario().relaxer.kind != physics::RelaxerKind::Global)
+        return warn(messages, "Balloons and stents work with the method \"global\" only");
+    const exercise::Inflation& now = *simulation.treatment().inflation();
+    const scenario::Device& device = simulation.devices()[static_cast<std::size_t>(*which)].device;
+    if (deflate) {
+        commands.push_back(script::Deflate{});
+    } else if (inflate) {
+        const double reached = std::floor(std::max(now.wanted, now.pressure) + 1e-6);
+        commands.push_back(script::Inflate{std::min(script::largest_inflation, reached + atm_step)});
+    } else if (deploy && device.stent && device.stent->law.self_expanding) {
+        commands.push_back(script::RetrieveSheath{sheath_step});
+    } else if (deploy && !goes_on) {
+        commands.push_back(script::Deploy{});
+    }
+    if (next) take_next_balloon(simulation, commands, messages);
+}
+
+void Hands::take_next_balloon(const exercise::Simulation& simulation, std::vector<script::Command>& commands,
+                              Messages& messages) const {
+    using script::DeviceRole;
+    const auto which = static_cast<std::size_t>(*simulation.scenario().index_of(DeviceRole::Balloon));
+    const scenario::PlacedDevice& placed = simulation.devices()[which];
+    const exercise::Inflation& now = *simulation.treatment().inflation();
+    if (placed.tray.empty()) return warn(messages, "There is no other balloon or stent on the tray");
+    const auto found = std::ranges::find(placed.tray, now.device);
+    const auto at = static_cast<std::size_t>(found - placed.tray.begin());
+    const std::string& next = placed.tray[found == placed.tray.end() ? 0 : (at + 1) % placed.tray.size()];
+    if (next == now.device && !now.burst && !now.deployed)
+        return warn(messages, "There is no other balloon or stent on the tray");
+    const double inside = simulation.inserted(DeviceRole::Balloon);
+    if (now.inflated()) return warn(messages, "The balloon is inflated: deflate it before you take it out");
+    if (inside > at_valve)
+        return warn(messages, fmt::format("{:.0f} mm of the {} are inside: draw it back to the valve, then "
+                                          "take the next",
+                                          inside, placed.device.title));
+    if (inside > 0) commands.push_back(script::Remove{DeviceRole::Balloon});
+    commands.push_back(script::Exchange{next, DeviceRole::Balloon});
+}
+
 std::vector<script::Command> Hands::commands(const Input& input, const exercise::Simulation& simulation,
                                              const exercise::StepReport& last, Messages& messages) {
     std::vector<script::Command> commands;
@@ -356,6 +420,7 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
     move_stand(input, simulation, commands, messages);
     inject(input, simulation, commands, messages);
     move_grip(input, simulation, commands, messages);
+    treat(input, simulation, commands, messages);
     for (const Side side : sides) move_device(side, input, last, commands, messages);
     return commands;
 }

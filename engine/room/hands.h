@@ -55,7 +55,13 @@ private:
     struct Hand {
         double push_since = 0, turn_since = 0;  // held [s]
     };
+    /// A key that does one step when it goes down, and others at even times while it stays down.
+    struct Repeated {
+        bool held = false;
+        double left = 0;  // until the next one [s]
+    };
     double run_up(bool held, double& since) const;
+    bool is_due(bool held, Repeated&) const;
     std::pair<double, double> motion(Side, const Input&);
     void move_device(Side, const Input&, const exercise::StepReport& last, std::vector<script::Command>&,
                      Messages& messages);
@@ -69,10 +75,14 @@ private:
                     Messages& messages);
     void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                 Messages& messages) const;
+    void treat(const Input&, const exercise::Simulation&, std::vector<script::Command>&, Messages& messages);
+    void take_next_balloon(const exercise::Simulation&, std::vector<script::Command>&,
+                           Messages& messages) const;
 
     KeyMap keys_;
     double frame_time_;
     std::array<Hand, 2> hands_;
+    Repeated inflates_, deploys_;
     std::optional<Grasp> grasp_;
     bool wants_roadmap_ = false;
     bool acquires_ = false;

@@ -129,10 +129,11 @@ enum class TorsionModel {
 struct PlacedDevice {
     script::DeviceRole role = script::DeviceRole::Wire;  // by which commands call it; not All
     Device device;
-    double inserted = 0;  // inside at the start, along the centreline [mm]
-    double roll = 0;      // of its shape at the start [rad]
-    bool pinned = true;   // a hand holds it while others are moved; else its valve alone does
-    std::string section;  // of the file that says so
+    double inserted = 0;                 // inside at the start, along the centreline [mm]
+    double roll = 0;                     // of its shape at the start [rad]
+    bool pinned = true;                  // a hand holds it while others are moved; else its valve alone does
+    std::string section;                 // of the file that says so
+    std::vector<std::string> tray = {};  // balloons and stents of the catalogue, or files, to change to
 
     std::string_view name() const { return script::name_of(role); }
     /// Whether it lies in the vessel at the start. What does not fit the way in stops there, and says so.

@@ -87,6 +87,38 @@ void refuse_old_keys(io::Section& section) {
             section.refuse(key, *node, fmt::format("expected {} in [chain], as it is of all devices", key));
 }
 
+/// What a balloon can be changed to in the room.
+void read_tray(io::Section& section, const std::filesystem::path& file, Scenario& s, PlacedDevice& placed) {
+    const toml::node* node = section.find("tray");
+    if (!node) return;
+    constexpr const char* accepted =
+        "expected a list of balloons and stents: [\"pta6x20\", \"stent6x18renal\"]";
+    const toml::array* array = node->as_array();
+    if (!array || array->empty()) return section.refuse("tray", *node, accepted);
+    for (const toml::node& item : *array) {
+        const std::optional<std::string> name = item.value_exact<std::string>();
+        if (!name || name->empty()) {
+            section.refuse("tray", item, accepted);
+            continue;
+        }
+        try {
+            const std::span<const DeviceKind> kinds = kinds_of(placed.role);
+            const std::filesystem::path of = name->ends_with(".toml")
+                                                 ? file.parent_path() / *name
+                                                 : find_device(*name, s.catalogue, kinds);
+            const Device device = load_device(of);
+            if (std::ranges::count(kinds, device.kind) == 0)
+                section.refuse("tray", item,
+                               fmt::format("expected a {}, found '{}', a {}", names_of(kinds), *name,
+                                           name_of(device.kind)));
+            if (std::ranges::find(s.files, of) == s.files.end()) s.files.push_back(of);
+            placed.tray.push_back(*name);
+        } catch (const io::InputError& error) {
+            section.refuse("tray", item, error.what());
+        }
+    }
+}
+
 /// A device of the catalogue, or of a file beside the scenario's, with the section's values.
 void read_device(io::Section& section, script::DeviceRole role, const std::string& name,
                  const std::filesystem::path& file, Scenario& s) {
@@ -121,6 +153,7 @@ void read_device(io::Section& section, script::DeviceRole role, const std::strin
     section.number("inserted_mm", placed.inserted, {0, 2000});
     section.number("roll_deg", placed.roll, {-360, 360}, geometry::degree);
     section.flag("pinned", placed.pinned);
+    if (role == script::DeviceRole::Balloon) read_tray(section, file, s, placed);
     override_device(section, device);
     refuse_old_keys(section);
     section.finish();

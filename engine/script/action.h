@@ -32,6 +32,8 @@ enum class Action : std::uint8_t {
     TableRight,
     TableUp,
     TableDown,
+    Inflate,
+    Deploy,
     // from here on when pressed
     Roadmap,
     AcquisitionMode,
@@ -61,6 +63,8 @@ enum class Action : std::uint8_t {
     Helper,
     GripCloser,
     GripFarther,
+    Deflate,
+    NextBalloon,
     Review,
     Pause,
     BackToStart,
@@ -75,9 +79,9 @@ inline constexpr int actions = static_cast<int>(Action::Menu) + 1;
 inline constexpr Action first_pressed = Action::Roadmap;
 
 /// What a group of keys is for.
-enum class Task : std::uint8_t { Hands, Pedals, Stand, Contrast, Picture, Exercise };
-inline constexpr std::array<std::string_view, 6> task_names = {
-    "Hands", "Pedals", "C-arm and table", "Contrast", "Image processing", "Exercise"};
+enum class Task : std::uint8_t { Hands, Pedals, Stand, Contrast, Treatment, Picture, Exercise };
+inline constexpr std::array<std::string_view, 7> task_names = {
+    "Hands", "Pedals", "C-arm and table", "Contrast", "Balloon and stent", "Image processing", "Exercise"};
 
 struct ActionInfo {
     std::string_view key;   // in the file

@@ -67,11 +67,13 @@ struct Panel::State {
     /// Returns the area below it.
     Box draw_reference(const GrayImage* reference, const Readout& r) {
         constexpr float margin = 12.0f, side = readout_column_width - 2.0f * margin;
+        // A balloon's section needs room below.
+        const float tall = r.balloon ? 0.5f * side : side;
         const float left = units(live_room()).right + margin, right = left + side;
         const float width = canvas.text({left, 8.0f}, "REFERENCE", Face::Small, palette::label);
         canvas.text({right, 8.0f}, r.reference_label, Face::Small, palette::value, Align::Right,
                     side - width - 12.0f);
-        const PanelArea room{pixels(left), pixels(24.0f), pixels(side), pixels(side)};
+        const PanelArea room{pixels(left), pixels(24.0f), pixels(side), pixels(tall)};
         const Box well = units(room);
         canvas.box(well, palette::well);
         if (reference != nullptr) {

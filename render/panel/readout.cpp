@@ -83,6 +83,25 @@ std::string mask_shift_text(double x, double y) {
            figure_text(std::abs(y), 1) + (y < 0.0 ? " up" : " down") + " px";
 }
 
+std::string inflation_text(const Readout::Balloon& b) {
+    if (b.burst) return "burst";
+    return figure_text(b.pressure, 1) + " atm (nominal " + figure_text(b.nominal, 0) + ", rated " +
+           figure_text(b.rated, 0) + ")";
+}
+
+std::string balloon_width_text(const Readout::Balloon& b) {
+    constexpr double seen = 0.1;  // [mm]
+    const std::string width = figure_text(b.diameter, 1) + " mm";
+    if (!is_known(b.diameter) || !is_known(b.waist) || *b.diameter - *b.waist < seen) return width;
+    return width + ", waist " + figure_text(b.waist, 1) + " mm";
+}
+
+std::string stent_text(const Readout::Balloon& b) {
+    if (is_known(b.out))
+        return figure_text(b.out, 0) + " of " + figure_text(b.stent, 0) + " mm out of its sheath";
+    return b.deployed ? "has left its balloon" : figure_text(b.stent, 0) + " mm, on its balloon";
+}
+
 std::string pressure_text(const Readout& r) {
     if (!is_known(r.systolic) || !is_known(r.diastolic) || !is_known(r.mean_pressure)) return dash;
     return figure_text(r.systolic, 0) + "/" + figure_text(r.diastolic, 0) + " (" +

@@ -82,6 +82,20 @@ struct Readout {
     // empty = nothing.
     std::string held, left_hand, helper;
 
+    /// The balloon or the stent in use.
+    struct Balloon {
+        std::string title;
+        std::optional<double> pressure, nominal, rated;  // [atm]; empty = a stent without a balloon
+        std::optional<double> diameter, waist;           // the largest and the least now [mm]
+        double seconds = 0;                              // of this inflation, or of the last [s]
+        bool burst = false;
+        std::optional<double> stent;  // its length; empty = none [mm]
+        std::optional<double> out;    // of it, out of its sheath [mm]
+        bool deployed = false;
+        bool operator==(const Balloon&) const = default;
+    };
+    std::optional<Balloon> balloon;
+
     std::optional<double> tip_to_target;       // [mm]
     std::optional<double> tip_force;           // of the wall on the tip [N]
     std::optional<double> largest_wall_force;  // on any joint [N]
@@ -123,6 +137,12 @@ std::string primary_angle_text(double lao);                 // [rad] to "LAO 30�
 std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
 /// "mask 1.3 right 0.4 down px", "" where both would be 0.0.
 std::string mask_shift_text(double x, double y);
+/// "8.0 atm (nominal 8, rated 14)", "burst".
+std::string inflation_text(const Readout::Balloon&);
+/// "6.0 mm, waist 4.1 mm".
+std::string balloon_width_text(const Readout::Balloon&);
+/// "12 of 18 mm out of its sheath", "on its balloon", "has left its balloon".
+std::string stent_text(const Readout::Balloon&);
 /// "118/79 (92)" of a beat, "--" when not known.
 std::string pressure_text(const Readout&);
 std::string clock_text(std::optional<double> time);  // [s] to "4:18" or "1:02:07", "--" when missing

@@ -333,6 +333,30 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     bar(canvas, area, y + 18.0f, fraction, level_ink(fraction));
 }
 
+/// Amber beyond the nominal pressure, red beyond the rated one, at which the bar is full.
+void draw_balloon(Canvas& canvas, const Box& area, const Readout& r) {
+    const Readout::Balloon& b = *r.balloon;
+    float y = heading(canvas, area, b.stent ? "STENT" : "BALLOON", b.title);
+    if (b.pressure) {
+        const bool beyond = *b.pressure > b.rated.value_or(0);
+        const Ink ink = b.burst || beyond                         ? palette::alarm
+                        : *b.pressure > b.nominal.value_or(0) + 1 ? palette::caution
+                                                                  : palette::calm;
+        canvas.text({area.left, y}, inflation_text(b), Face::Plain, b.burst || beyond ? ink : palette::value,
+                    Align::Left, area.right - area.left);
+        bar(canvas, area, y + 18.0f, fraction_of(b.pressure, b.rated), ink);
+        y += 28.0f;
+        row(canvas, area, y, "Width", balloon_width_text(b));
+        row(canvas, area, y + 17.0f, "Inflated", clock_text(b.seconds));
+        y += 34.0f;
+    }
+    if (b.stent) row(canvas, area, y, "Stent", stent_text(b));
+}
+
+float balloon_height(const Readout::Balloon& b) {
+    return heading_height + 8.0f + (b.pressure ? 62.0f : 0.0f) + (b.stent ? 17.0f : 0.0f);
+}
+
 constexpr float pressure_text_height = 26.0f, pressure_height = 130.0f;  // without curves, with them
 
 /// A line of numbers, and where there is room for them the pressure now and the curves of the last 4 s.
@@ -414,9 +438,13 @@ struct Section {
     void (*draw)(Canvas&, const Box&, const Readout&);
     float height;  // the last takes the remainder
 };
-constexpr Section sections[] = {{draw_gantry, 190.0f},  {draw_technique, 76.0f},
-                                {draw_dose, 108.0f},    {draw_devices, 231.0f},
-                                {draw_contrast, 52.0f}, {draw_pressure, pressure_text_height},
+constexpr Section sections[] = {{draw_gantry, 190.0f},
+                                {draw_technique, 76.0f},
+                                {draw_dose, 108.0f},
+                                {draw_devices, 231.0f},
+                                {draw_balloon, 0.0f},
+                                {draw_contrast, 52.0f},
+                                {draw_pressure, pressure_text_height},
                                 {draw_messages, 0.0f}};
 
 }  // namespace
@@ -425,6 +453,10 @@ void draw_readouts(Canvas& canvas, const Box& area, const Readout& readout) {
     float top = area.top;
     for (const Section& section : sections) {
         float height = section.height;
+        if (section.draw == draw_balloon) {
+            if (!readout.balloon) continue;
+            height = balloon_height(*readout.balloon);
+        }
         if (section.draw == draw_pressure) {
             if (readout.pressure_of.empty()) continue;
             constexpr float for_messages = 100.0f;

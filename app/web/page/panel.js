@@ -126,7 +126,8 @@ export class Panel {
             return {bar, value, line: el('div', {class: 'row-of-two with-bar'}, el('dt', {text: name}), el('span', {class: 'bar'}, bar), value)};
         });
         const force = el('section', {}, el('h2', {text: 'Force'}), el('dl', {}, ...this.bars.map(({line}) => line)), this.trace);
-        const middle = [...this.deviceValues.map(({section}) => section), force];
+        this.balloon = readout.balloon ? this.#balloonOf(readout.balloon, row) : null;
+        const middle = [...this.deviceValues.map(({section}) => section), force, ...(this.balloon ? [this.balloon.section] : [])];
         const contrast = groups.findIndex(({title}) => /contrast/i.test(title));
         const at = contrast < 0 ? groups.length : contrast, sections = groups.map(({section}) => section);
         this.column.replaceChildren(...sections.slice(0, at), ...middle, ...sections.slice(at));
@@ -134,7 +135,7 @@ export class Panel {
 
     draw(readout, marks) {
         const shape = JSON.stringify([readout.groups.map(({title, rows}) => [title, rows.map(([name]) => name)]),
-            readout.devices.map(({name}) => name)]);
+            readout.devices.map(({name}) => name), readout.balloon && [readout.balloon.title, readout.balloon.rows.map(([name]) => name)]]);
         if (shape !== this.shape) this.#build(readout, shape);
         readout.groups.forEach(({rows}, k) => rows.forEach(([, value], j) => say(this.groups[k][j], value)));
         const held = readout.held || readout.leftHand;
@@ -158,6 +159,7 @@ export class Panel {
             });
             this.#drawTrace(force);
         }
+        if (this.balloon) this.#drawBalloon(readout.balloon);
         const text = marks?.angles ?? '', sid = centimetresIn(readout.groups, 'SID'), sod = centimetresIn(readout.groups, 'SOD');
         const angles = [angleIn(text, ['LAO', 'RAO']), angleIn(text, ['CRAN', 'CAUD'])];
         const drawn = JSON.stringify([angles, sid, sod, readout.beamOn, this.arms[0].clientWidth]);
@@ -165,6 +167,22 @@ export class Panel {
         this.drawn = drawn;
         const lift = Math.max(0.3, Math.min(0.85, sid && sod ? (sid - sod) / sod : 0.5));
         this.arms.forEach((canvas, k) => drawArm(canvas, k === 0, angles[k], lift, readout.beamOn));
+    }
+
+    #balloonOf({title, rows, fraction}, row) {
+        const made = rows.map(([name]) => row(name)), bar = el('i'), device = el('p', {class: 'faint'});
+        const track = fraction == null ? [] : [el('span', {class: 'bar'}, bar)];
+        return {bar, device, section: el('section', {class: 'balloon'}, el('h2', {text: title}), device, ...track, el('dl', {}, ...made.map(([line]) => line))),
+            values: made.map(([, value]) => value)};
+    }
+    /** Amber beyond the nominal pressure, red beyond the rated one, at which the bar is full. */
+    #drawBalloon({device, rows, fraction, nominal, burst}) {
+        const {bar, values} = this.balloon, isBeyond = burst || fraction > 1;
+        say(this.balloon.device, device);
+        rows.forEach(([, value], k) => say(values[k], value));
+        bar.style.transform = `scaleX(${Math.min(1, fraction ?? 0)})`;
+        bar.style.background = isBeyond ? ink.alarm : fraction > nominal + 0.07 ? ink.caution : ink.calm;
+        if (fraction != null) values[0].style.color = isBeyond ? ink.alarm : '';
     }
 
     #drawTrace({history, limit}) {

@@ -200,6 +200,7 @@ export class Room {
             this.#drawMarks(view);
             this.panel.draw(readout, readout.marks);
             this.#drawMessages(readout.messages ?? []);
+            for (const part of [$('balloon-tools'), ...document.querySelectorAll('.of-balloon')]) show(part, Boolean(readout.balloon));
             const two = (readout.devices?.length ?? 1) > 1;
             $('pad-hand').disabled = !two;
             say($('pad-hand'), `${this.hands.side ? 'Left' : 'Right'} hand: ${(this.hands.side ? readout.leftHand : readout.held) || (two ? '-' : 'wire')}`);
@@ -392,9 +393,13 @@ export class Room {
         const {actions} = this.hands;
         const some = ['roadmap', 'reference', 'mask', 'device', 'acquisition_mode'].filter((name) => actions.has(name));
         const short = {roadmap: 'Roadmap', reference: 'Reference', mask: 'Mask', device: 'Device', acquisition_mode: 'DSA/cine'};
+        const balloon = group('Balloon', ...[['inflate', '+1 atm'], ['deflate', 'Deflate'], ['deploy', 'Stent'], ['next_balloon', 'Next']]
+            .filter(([name]) => actions.has(name)).map(([name, words]) => this.button(name, words)));
+        balloon.id = 'balloon-tools';
+        balloon.hidden = true;
         const inject = group('Inject', ...injections());
         if (keys.injections.length === 5) inject.classList.add('fives');
-        $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), inject, hand('Right', ''), hand('Left', 'left_'),
+        $('tools').append(large('pedal-tools', group('Pedals', ...pedals())), group('Image', ...some.map((name) => this.button(name, short[name]))), inject, balloon, hand('Right', ''), hand('Left', 'left_'),
             large('fours', group('C-arm', ...[['arm_rao', 'RAO'], ['arm_lao', 'LAO'], ['arm_cranial', 'CRAN'], ['arm_caudal', 'CAUD']].map(([name, words]) => this.button(name, words)))),
             group('Room', el('button', {id: 'open-sheet', text: 'All', 'aria-label': 'All actions', click: () => this.openSheet()}), el('button', {id: 'open-column', class: 'small-only', text: 'Readouts',
                 'aria-expanded': 'false', click: () => this.#toggleColumn()}), this.button('instructor', 'Patient'), this.button('review', 'Runs'), this.button('pause', 'Pause')));
@@ -406,6 +411,7 @@ export class Room {
             this.engine.send({do: 'speed', factor: Number(target.value)})}, ...[1, 2, 4, 8].map((factor) => el('option', {value: factor, text: `${factor} ×`})))),
         this.button('help', `${this.key('help')} keys`), this.button('menu', `${this.key('menu')} menu`));
         const tasks = [...new Set(keys.actions.map(({task}) => task))];
+        const isOfBalloon = (task) => /balloon/i.test(task);
         const all = tasks.map((task) => {
             const mine = keys.actions.filter((action) => action.task === task && !seldom.includes(action.name));
             const buttons = mine.map(({name, title}) => {
@@ -414,7 +420,7 @@ export class Room {
                 return button;
             });
             if (/contrast/i.test(task)) buttons.push(...this.#injectionList());
-            return el('div', {}, el('h2', {text: task}), el('div', {class: 'sheet-buttons'}, ...buttons));
+            return el('div', isOfBalloon(task) ? {class: 'of-balloon'} : {}, el('h2', {text: task}), el('div', {class: 'sheet-buttons'}, ...buttons));
         });
         if (!tasks.some((task) => /contrast/i.test(task)))
             all.splice(Math.min(3, all.length), 0, el('div', {}, el('h2', {text: 'Contrast'}), el('div', {class: 'sheet-buttons'}, ...this.#injectionList())));
@@ -573,6 +579,7 @@ export function fillHelp(keys, keysOf) {
         const add = (words) => part.append(el('p', {class: 'faint', text: words}));
         if (/hand/i.test(task)) add('Mouse: the wheel pushes; a drag on the image pushes up and turns sideways. Gamepad: left stick, right stick. A click on a pedal’s button keeps it down until the next one.');
         if (/c-arm|table|stand/i.test(task)) add('Mouse: dragging the C-arm’s pictograms turns it; the right button on the image, or two fingers, move the table.');
+        if (/balloon/i.test(task)) add('In exercises that have one. Sheath and handle follow at their own speed; the panel shows how far they are.');
         if (/exercise/i.test(task)) add('Shift and Tab go to the buttons of the room; Escape comes back to the image.');
         return part;
     });

@@ -54,9 +54,10 @@ TEST(Guide, AStepLeftOutIsNoneThatWasDoneUntilItIsDoneLater) {
 
 /// Actions that the first lesson does not practise, and why.
 const std::map<Action, std::string> not_practised = {
-    {Action::Finish, "it ends the lesson"},
-    {Action::Instructor, "it is the teacher's"},
-    {Action::Skip, "it leaves out a step"},
+    {Action::Finish, "it ends the lesson"},     {Action::Instructor, "it is the teacher's"},
+    {Action::Skip, "it leaves out a step"},     {Action::Inflate, "it has no balloon"},
+    {Action::Deploy, "it has no stent"},        {Action::Deflate, "it has no balloon"},
+    {Action::NextBalloon, "it has no balloon"},
 };
 
 TEST(Guide, TheFirstLessonPractisesEveryActionOfTheRoom) {
