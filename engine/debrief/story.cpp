@@ -66,9 +66,9 @@ TreatedFrames treated_frames_of(const Story& story) {
     if (!story.score.treatment || story.score.treatment->lesions.empty()) return made;
     std::optional<std::size_t> first, last;  // moments with the balloon inflated
     for (std::size_t k = 0; k < story.moments.size(); ++k)
-        if (story.moments[k].balloon.value_or(0) >= pressed) {
+        if (const double pressure = story.moments[k].balloon.value_or(0); pressure > 0) {
             if (!first) first = k;
-            last = k;
+            if (pressure >= pressed) last = k;
         }
     for (const exercise::StentScore& stent : story.score.treatment->stents) {
         const std::size_t k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
@@ -76,7 +76,7 @@ TreatedFrames treated_frames_of(const Story& story) {
         first = std::min(first.value_or(k), k);
         last = std::max(last.value_or(k), k);
     }
-    if (!first) return made;
+    if (!first || !last) return made;
     struct Best {
         const Moment *contrast = nullptr, *any = nullptr;
     };
@@ -145,8 +145,9 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
         if (!frame.monitor->last_pulse()) return;
         for (const int index : treated.frames)
             if (index == frame.time.index)
-                story.treated.push_back({index, story.treated.empty() ? "before the treatment" : "after it",
-                                         render::encode_png(exercise.image())});
+                story.treated.push_back(
+                    {index, story.treated.empty() ? "before the treatment" : "after the treatment",
+                     render::encode_png(exercise.image())});
         const auto at = wanted.find(frame.time.index);
         if (at == wanted.end()) return;
         story.key_frames.push_back({at->first, at->second, render::encode_png(exercise.image())});

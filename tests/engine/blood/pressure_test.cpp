@@ -88,7 +88,7 @@ TEST(Pressure, CellsAcrossAStretchFollowTheFlow) {
     }
     // At a branch's origin the cell before is in the vessel that it leaves.
     const BloodFlow flow = blood_flow(test::small_abdomen(), with_inflow(20));
-    const Across found = across(flow, 1, {10, 0, 50}, {14, 0, 50}, {18, 0, 50});
+    const Across found = across(flow, 1, {6, 0, 50}, {14, 0, 50}, {22, 0, 50});
     EXPECT_EQ(flow.cells[static_cast<std::size_t>(found.before)].branch, 0);
     EXPECT_EQ(flow.cells[static_cast<std::size_t>(found.behind)].branch, 1);
     EXPECT_FALSE(across(flow, 99, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}).known());

@@ -263,8 +263,9 @@ TEST(TreatmentScore, AStentedTubeHasTheFiguresOfItsGeometry) {
     // The catheter's tip is at 66, the stent's middle 7 mm and half of its crimped length before that.
     const double middle = 66 - 7 - 0.5 * 14 / 0.95;
     EXPECT_NEAR(length, 14, 0.4);
-    EXPECT_NEAR(s.proximal_end, middle - length / 2, 0.25);
-    EXPECT_NEAR(s.distal_end, middle + length / 2, 0.25);
+    // The devices take the bend of 40 degrees on its inner side, where the way is up to 0.7 mm shorter.
+    EXPECT_NEAR(s.proximal_end, middle - length / 2 + 0.35, 0.35);
+    EXPECT_NEAR(s.distal_end, middle + length / 2 + 0.35, 0.35);
     EXPECT_NEAR(*s.proximal_off, s.proximal_end - 46, 1e-9);
     EXPECT_NEAR(*s.distal_off, s.distal_end - 60, 1e-9);
     EXPECT_EQ(s.missed_proximal, 0);
@@ -407,7 +408,7 @@ TEST(TreatmentScore, OfWildTreatmentsIsSound) {
             if (pick(3))
                 command = device.balloon ? script::Command(script::Inflate{2 + 22 * unit()})
                                          : script::Command(script::RetrieveSheath{20 * unit()});
-            run_on(exercise, command, static_cast<int>(5 + pick(30)));
+            run_on(exercise, command, static_cast<int>(5 + pick(pick(4) == 0 ? 180 : 30)));
             const TreatmentScore score = exercise.score().treatment.value();
             ASSERT_NO_FATAL_FAILURE(expect_sound(score));
             const Observation now = Reader(exercise.simulation()).read(exercise);
