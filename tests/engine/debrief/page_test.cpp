@@ -163,7 +163,6 @@ TEST(Debrief, ATreatmentHasItsSectionWithPicturesBeforeAndAfter) {
          {"<h2>Treatment</h2>", "Residual stenosis", "Covered by stents", "Highest pressure",
           "balloon and lumen over time", "before the treatment", "Pd/Pa in hyperaemia"})
         EXPECT_NE(html.find(part), std::string::npos) << part;
-    if (const char* file = std::getenv("PAGE")) test::write(file, html);
     // Without images there are none, without contrast the last ones.
     const Story without = *tell(scenario, script, quick());
     EXPECT_TRUE(without.treated.empty());

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <random>
 
 #include "engine/blood/pressure.h"
@@ -237,9 +238,10 @@ TEST(TreatmentScore, BeforeATreatmentALesionIsWhatTheFileSays) {
     double a = 0;
     for (std::size_t k = 0; k < stretch.axis.size(); ++k) {
         radii.push_back(2 * (1 - 0.6 * stretch.shape[k]));
-        a += 8 * 3.5e-3 * 1e-3 * (1 / std::pow(radii.back() * 1e-3, 4) - 1 / std::pow(2e-3, 4)) / M_PI * 1e-6;
+        a += 8 * 3.5e-3 * 1e-3 * (1 / std::pow(radii.back() * 1e-3, 4) - 1 / std::pow(2e-3, 4)) /
+             std::numbers::pi * 1e-6;
     }
-    const double b = 1.52 * 530 * std::pow(1 / 0.16 - 1, 2) / std::pow(M_PI * 4e-6, 2) * 1e-12;
+    const double b = 1.52 * 530 * std::pow(1 / 0.16 - 1, 2) / std::pow(std::numbers::pi * 4e-6, 2) * 1e-12;
     const double flow = exercise.simulation().contrast().unobstructed().sources[0].inflow;
     const double pressure = 93 * 133.322, bed = pressure / flow;
     const auto ratio = [&](double r) {
