@@ -205,7 +205,7 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
     }
     for (const PlacedStent& stent : simulation.treatment().stents()) {
         if (stent.samples.empty()) continue;
-        TrueStent& made = truth.stents.emplace_back();
+        TrueStent& made = truth.placed_stents.emplace_back();
         made.device = stent.device;
         made.attached = stent.attached;
         made.distal = simulation.place_now(stent.samples.front().at);

@@ -55,7 +55,7 @@ struct Truth {
     std::vector<std::string> branches = {};  // names, that of label k at k − 1; with labels
     std::vector<render::Fluoroscope::LayerLength> lengths = {};
     std::vector<TrueLesion> lesions = {};  // of the vessels now
-    std::vector<TrueStent> stents = {};
+    std::vector<TrueStent> placed_stents = {};
 };
 
 /// Of the monitor's last pulse, which must exist.

@@ -105,7 +105,7 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
                                    {"reference_radius_mm", lesion.reference},
                                    {"radius_mm", lesion.radius},
                                    {"stent_radius_mm", lesion.stent}});
-    for (const exercise::TrueStent& stent : truth.stents)
+    for (const exercise::TrueStent& stent : truth.placed_stents)
         json["stents"].push_back({{"device", stent.device},
                                   {"attached", stent.attached},
                                   {"proximal_mm", list(stent.proximal)},
