@@ -97,16 +97,17 @@ Complications::Room Complications::room_for(const physics::Chain& chain, const C
         if ((chain.joints[j] - place.axis[nearest]).norm() >
             BranchStretch::uneven * place.lumen[nearest] + physics::Narrowing::spacing)
             continue;
-        const bool in_balloon = std::ranges::any_of(chain.devices, [arc](const physics::Device& device) {
-            return !device.bulge.empty() && device.bulge.front().radius(device.inserted - arc) > 0;
-        });
-        const double needed = chain.inner_radius() + chain.thickness[j] + room_left;
+        double balloon = 0;
+        for (const physics::Device& device : chain.devices)
+            for (const physics::Bulge& bulge : device.bulge)
+                balloon = std::max(balloon, bulge.radius(device.inserted - arc));
+        const double needed = std::max(chain.inner_radius() + chain.thickness[j], balloon) + room_left;
         for (std::size_t k = nearest < beside ? 0 : nearest - beside;
              k < std::min(nearest + beside + 1, room.devices.size()); ++k) {
             const double closes = place.open[k] - left_of(c) * place.lumen[k];
             const double most = std::clamp((place.open[k] - needed) / closes, 0.0, 1.0);
             room.devices[k] = std::min(room.devices[k], most);
-            if (in_balloon) room.balloon[k] = std::min(room.balloon[k], most);
+            if (balloon > 0) room.balloon[k] = std::min(room.balloon[k], most);
         }
     }
     return room;

@@ -20,7 +20,7 @@ using physics::OpenedPlace;
 constexpr double spacing = physics::Narrowing::spacing;
 constexpr double same_place = 0.75;  // a place of a lesion and one of a device as near along the chain [mm]
 constexpr double seals = 0.97;       // of the lumen's radius, from which a balloon lets no blood by [-]
-constexpr double play = 0.08;        // of an inflated balloon in its vessel [mm]
+constexpr double play = 0.05;      // of an inflated balloon in its vessel [mm]
 constexpr double seen_step = 0.1;    // of a lumen's radius in the image [mm]
 constexpr double apart = 15;         // of two tears of a vessel [mm]
 constexpr double passes = 1;         // pressure by which a device may squeeze plaque aside [atm]
@@ -58,6 +58,11 @@ double expanded(const PlacedStent& stent, double crimped_radius) {
     const double mean = sum / static_cast<double>(std::max<std::size_t>(1, stent.samples.size()));
     return std::clamp((mean - crimped_radius) / std::max(1e-9, 0.5 * stent.spec.diameter - crimped_radius),
                       0.0, 1.0);
+}
+
+/// Of a tube's axis from the vessel's, whose lumen has lost so much of its radius [mm].
+Vec3 aside_of(const scenario::LesionSpec& spec, const BranchStretch& stretch, std::size_t k, double lost) {
+    return spec.eccentricity * lost * (geometry::rotation(spec.angle, stretch.along[k]) * stretch.side[k]);
 }
 
 }  // namespace
@@ -429,16 +434,14 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
     Inflation& now = inflation_.front();
     if (!along.balloon()) return false;
     const scenario::Balloon& balloon = *along.balloon();
-    const std::vector<double> before = now.radii, caps = now.caps;
+    const std::vector<double> before = now.radii;
     const int count =
         static_cast<int>(std::ceil((balloon.length + 2 * balloon.cone) / physics::Bulge::spacing)) + 1;
     const double folded = folded_radius(along.device());
     now.radii.resize(static_cast<std::size_t>(count), folded);
-    now.caps.assign(static_cast<std::size_t>(count), folded);
     now.plugs = -1;
     for (int k = 0; k < count; ++k) {
         double& radius = now.radii[static_cast<std::size_t>(k)];
-        double& cap = now.caps[static_cast<std::size_t>(k)];
         const double from_tip = balloon.from_tip - balloon.cone + k * physics::Bulge::spacing;
         const double arc = along.tip() - from_tip;
         double wanted = folded;
@@ -474,11 +477,59 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
                 tear(tears, dissects);
             }
             if (radius >= seals * place.radius && now.plugs < 0) now.plugs = tears.branch, now.plug = at;
-            cap = std::max(folded, std::min(place.radius, place.reference) - play);
         }
         radius = std::clamp(wanted, radius - largest_move, radius + largest_move);
     }
-    return now.radii != before || now.caps != caps;
+    const double middle = along.tip() - balloon.from_tip - 0.5 * balloon.length;
+    const bool inside = middle > 0 && middle < along.length();
+    const int branch =
+        inside ? blood.cells[static_cast<std::size_t>(blood.nearest(along.point(middle)))].branch : -1;
+    return lay_sleeve(along, anatomy, branch) || now.radii != before;
+}
+
+/// Of the branch that the balloon's middle lies in: in a wider vessel, beside it, its walls are not felt.
+bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, int branch) {
+    Inflation& now = inflation_.front();
+    const std::vector<physics::Narrowing::Sample> before = std::move(now.sleeve);
+    now.sleeve.clear();
+    const double folded = folded_radius(along.device());
+    physics::Bulge bulge;
+    bulge.from_tip = along.balloon()->from_tip - along.balloon()->cone;
+    bulge.radii = now.radii;
+    if (branch < 0 || *std::ranges::max_element(now.radii) < folded + seen_step) return !before.empty();
+    constexpr double past_ends = 4;  // [mm]
+    constexpr double open = 1.3;     // of the lumen's radius, where a tube touches nothing [-]
+    const BranchArc branch_arc(anatomy, branch);
+    const double arcs[] = {
+        arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip))),
+        arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip - bulge.length())))};
+    const double first = std::max(std::min(arcs[0], arcs[1]) - past_ends, branch_arc.arcs.front()),
+                 last = std::min(std::max(arcs[0], arcs[1]) + past_ends, branch_arc.length);
+    for (double s = first; s <= last + 1e-9; s += spacing) {
+        physics::Narrowing::Sample sample;
+        sample.at = branch_arc.point(s);
+        sample.lumen = branch_arc.radius(s);
+        double lumen = sample.lumen;
+        for (std::size_t n = 0; n < lesions_.size(); ++n) {
+            const std::vector<double>& places = stretches_[n].arc;
+            if (lesions_[n].branch != branch || s < places.front() || s > places.back()) continue;
+            const auto k = std::min(static_cast<std::size_t>((s - places.front()) / spacing), places.size() - 2);
+            const double t = std::clamp((s - places[k]) / spacing, 0.0, 1.0);
+            const auto& opened = lesions_[n].places;
+            lumen = std::min(lumen, (1 - t) * opened[k].radius + t * opened[k + 1].radius);
+            sample.aside = aside_of(specs_[n], stretches_[n], k, std::max(0.0, sample.lumen - lumen));
+        }
+        const double arc = along.arc_of(sample.at, BranchStretch::uneven * sample.lumen);
+        const double blown = std::isnan(arc) ? 0.0 : std::max(folded, bulge.radius(along.tip() - arc));
+        const double wider = std::max(0.0, blown - folded);
+        const double part = std::clamp(wider / std::max(1e-6, lumen - folded), 0.0, 1.0);
+        sample.radius = std::max(lumen - wider, folded) + play + (1 - part) * (open - 1) * sample.lumen;
+        now.sleeve.push_back(sample);
+    }
+    // Its ends are open, as those of a lesion.
+    for (std::size_t k = 0; k < now.sleeve.size(); ++k)
+        if (k < 2 || k + 2 >= now.sleeve.size()) now.sleeve[k].radius += 2 * now.sleeve[k].lumen;
+    return now.sleeve != before;
 }
 
 void Treatment::count(double seconds, const scenario::Device& device) {
@@ -517,8 +568,7 @@ std::vector<physics::Bulge> Treatment::bulge(const scenario::Device& device) con
     physics::Bulge bulge;
     bulge.from_tip = balloon.from_tip - balloon.cone;
     bulge.radii = now.radii;
-    for (std::size_t k = 0; k < bulge.radii.size(); ++k)
-        bulge.radii[k] = std::min(bulge.radii[k], now.caps[k]);
+    bulge.folded = folded_radius(device);
     if (bulge.radii.empty())
         bulge.radii.assign(static_cast<std::size_t>(
                                std::ceil((balloon.length + 2 * balloon.cone) / physics::Bulge::spacing)) +
@@ -542,8 +592,7 @@ std::vector<physics::Narrowing> Treatment::narrowings() const {
             const double part = lost > 1e-6 ? std::clamp(closed / lost, 0.0, 1.0) : 0.0;
             physics::Narrowing::Sample sample = stretch.sample(k, place.before, part);
             if (part > 0) {
-                const Vec3 side = geometry::rotation(spec.angle, stretch.along[k]) * stretch.side[k];
-                sample.aside = spec.eccentricity * closed * side;
+                sample.aside = aside_of(spec, stretch, k, closed);
                 sample.lumen += spec.eccentricity * closed;
                 if (place.contact == 0)
                     sample.pressure = physics::atmosphere * plaque.pressure(place, place.radius);
@@ -555,6 +604,7 @@ std::vector<physics::Narrowing> Treatment::narrowings() const {
         }
         if (narrow) made.push_back(std::move(narrowing));
     }
+    if (inflation() && !inflation()->sleeve.empty()) made.push_back({inflation()->sleeve});
     return made;
 }
 
@@ -582,6 +632,7 @@ std::vector<blood::Obstruction> Treatment::obstructions() const {
 
 Treatment Treatment::as_seen() const {
     Treatment seen = *this;
+    for (Inflation& inflation : seen.inflation_) inflation.sleeve.clear();
     for (Lesion& lesion : seen.lesions_)
         for (OpenedPlace& place : lesion.places) {
             place.radius = place.before + seen_step * std::round((place.radius - place.before) / seen_step);

@@ -29,14 +29,16 @@ struct Inflation {
     bool burst = false;
     bool deployed = false;           // its stent has begun to leave it
     std::vector<double> radii = {};  // of the balloon at each of its samples, as of physics::Bulge [mm]
-    std::vector<double> caps = {};   // of them, that the vessel leaves to the chain [mm]
+    /// What an inflated balloon leaves its catheter of the lumen around it: a tube along the vessel's axis, as much
+    /// narrower than the lumen as the balloon is wider than folded.
+    std::vector<physics::Narrowing::Sample> sleeve = {};
     int plugs = -1;                  // branch of the anatomy in which it lets no blood by; -1 = none
     geometry::Vec3 plug = geometry::Vec3::Zero();  // where [mm]
 
     bool inflated() const { return !burst && pressure > 0; }
     bool operator==(const Inflation&) const = default;
     void state(geometry::StateStream& s) {
-        s(device, pressure, wanted, uncovered, to_uncover, burst, deployed, radii, caps, plugs, plug);
+        s(device, pressure, wanted, uncovered, to_uncover, burst, deployed, radii, sleeve, plugs, plug);
     }
 };
 
@@ -180,6 +182,7 @@ private:
     bool fill_balloon(const Along&, const blood::BloodFlow&, const anatomy::Anatomy&, int frame);
     void place_stent(const Along&, const blood::BloodFlow&, int frame);
     void add_sample(PlacedStent&, const Along&, double arc, double radius, const blood::BloodFlow&);
+    bool lay_sleeve(const Along&, const anatomy::Anatomy&, int branch);
     void count(double seconds, const scenario::Device&);
     std::optional<std::pair<int, int>> lesion_at(const Along&, double arc) const;
     const physics::StentLaw* stent_in(int lesion, int place) const;

@@ -25,6 +25,9 @@ struct Narrowing {
         double pressure = 0;  // of a tube that would be narrower than the device in it [N/mm²]
         double gives = 0;     // by which a device may widen the tube's radius where it comes to it [mm]
         double wider = 0;     // than the vessel's, by which the lumen is in the image; devices do not know [mm]
+
+        bool operator==(const Sample&) const = default;
+        void state(StateStream& s) { s(at, aside, radius, lumen, shear, pressure, gives, wider); }
     };
     std::vector<Sample> samples;  // `spacing` apart along the vessel, with open ones past both ends
 

@@ -117,18 +117,20 @@ struct RestTurn {
 /// Length from the distal end beyond which a device is straight and uniform [mm].
 double varying_length(const DeviceSpec&);
 
-/// A part of a device that is wider and stiffer than the rest, and changes: a balloon.
+/// A part of a device that is wider and stiffer than the rest, and changes: a balloon. On the chain it is as wide as
+/// when it is folded: what an inflated one may not do in its vessel is for the wall to say.
 struct Bulge {
-    double from_tip = 0;        // of the device, to the first of `radii` [mm]
-    std::vector<double> radii;  // `spacing` apart toward the hub; outside the device's own radius counts [mm]
-    double rigidity = 0;        // EI in addition [N·mm²]
+    double from_tip = 0;                  // of the device, to the first of `radii` [mm]
+    std::vector<double> radii;            // `spacing` apart toward the hub [mm]
+    double folded = 0;                    // radius of all of it when folded [mm]
+    double rigidity = 0;                  // EI in addition [N·mm²]
     static constexpr double spacing = 1;  // [mm]
 
     bool operator==(const Bulge&) const = default;
     double length() const { return radii.empty() ? 0.0 : spacing * static_cast<double>(radii.size() - 1); }
     /// At distance s from the device's tip; 0 outside it [mm].
     double radius(double s) const;
-    void state(StateStream& s) { s(from_tip, radii, rigidity); }
+    void state(StateStream& s) { s(from_tip, radii, folded, rigidity); }
 };
 
 /// A device on a chain. Its material frame at segment j is the chain's director turned about the tangent by
@@ -168,10 +170,12 @@ struct Device {
     /// Turn of the hub that has not reached the distal end [rad].
     double wound_up() const { return wound.empty() ? windup : -wound.back(); }
 
-    /// Of the device, at a distance from its tip [mm].
+    /// Of the device, at a distance from its tip, its balloon folded [mm].
     double radius(double s) const {
         const double own = 0.5 * spec.outer_diameter;
-        return bulge.empty() ? own : std::max(own, bulge.front().radius(s));
+        const bool in_bulge = !bulge.empty() && s >= bulge.front().from_tip &&
+                              s <= bulge.front().from_tip + bulge.front().length();
+        return in_bulge ? std::max(own, bulge.front().folded) : own;
     }
 
     void state(StateStream& s) {
