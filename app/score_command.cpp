@@ -99,6 +99,18 @@ void print_line(const std::string& name, const std::string& value) {
     print("  {:<34} {}\n", name, value);
 }
 
+void print_treatment(const exercise::TreatmentScore& score) {
+    const auto print_all = [](const std::vector<exercise::TreatmentFigure>& rows) {
+        for (const exercise::TreatmentFigure& row : rows)
+            print_line(row.name, row.before.empty() ? row.now : row.before + " before, " + row.now + " now");
+    };
+    for (const exercise::LesionScore& lesion : score.lesions) {
+        print("  lesion: {}\n", exercise::name_of(lesion));
+        print_all(exercise::figures_of(lesion));
+    }
+    print_all(exercise::figures_of(score));
+}
+
 void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark) {
     const auto number = [](std::optional<double> value, const char* unit, int digits) {
         return value ? fmt::format("{:.{}f} {}", *value, digits, unit) : std::string("-");
@@ -133,6 +145,7 @@ void print_score(const exercise::Score& s, const scenario::Benchmark& benchmark)
                fmt::format("{:.2f} N at most, {:.2f} N on average, {:.1f} s above {:g} N, {:.1f} N s",
                            s.peak_wall_force, s.mean_wall_force, s.time_over_force,
                            exercise::HandlingErrorLimits().force, s.wall_force_impulse));
+    if (s.treatment) print_treatment(*s.treatment);
     for (const exercise::WrongBranch& branch : s.wrong_branches)
         print_line("wrong: " + anatomy::clinical_name(branch.name),
                    fmt::format("{} time{}, {:.1f} s", branch.entries, branch.entries == 1 ? "" : "s",

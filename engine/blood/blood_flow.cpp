@@ -384,17 +384,6 @@ double left_by(const Obstruction& in_the_way, double flow, double pressure) {
     return in_the_way.passes * left / flow;
 }
 
-/// The cell of a branch that is nearest to a place; -1 for a branch without any.
-int nearest_in(const BloodFlow& flow, int branch, const Vec3& place) {
-    int best = -1;
-    for (int i = 0; i < static_cast<int>(flow.cells.size()); ++i)
-        if (flow.cells[i].branch == branch &&
-            (best < 0 ||
-             (flow.cells[i].centre - place).squaredNorm() < (flow.cells[best].centre - place).squaredNorm()))
-            best = i;
-    return best;
-}
-
 /// Nothing comes by the plug before `first`: what lies beyond is a tree of its own, without a source.
 void cut_off_beyond(BloodFlow& flow, int first, const std::vector<char>& beyond) {
     const int from = flow.tree[first], to = static_cast<int>(flow.sources.size()) + flow.cut_off++;
@@ -426,7 +415,7 @@ BloodFlow BloodFlow::obstructed(std::span<const Obstruction> all) const {
     flow.pressure_left.assign(cells.size(), 1.0);
     for (const Obstruction& in_the_way : all) {
         const bool plug = in_the_way.passes == 0;
-        const int first = nearest_in(flow, in_the_way.branch, plug ? in_the_way.from : in_the_way.middle);
+        const int first = flow.nearest_in(in_the_way.branch, plug ? in_the_way.from : in_the_way.middle);
         if (first < 0) continue;
         std::vector<char> beyond(cells.size(), 0);
         double through = 0;
@@ -461,6 +450,15 @@ int BloodFlow::entry_of(int branch) const {
         at = i;
     }
     return at;
+}
+
+int BloodFlow::nearest_in(int branch, const Vec3& place) const {
+    int best = -1;
+    for (int i = 0; i < static_cast<int>(cells.size()); ++i)
+        if (cells[i].branch == branch && (best < 0 || (cells[i].centre - place).squaredNorm() <
+                                                          (cells[best].centre - place).squaredNorm()))
+            best = i;
+    return best;
 }
 
 int BloodFlow::nearest(const Vec3& x) const {

@@ -122,6 +122,8 @@ struct BloodFlow {
 
     /// The cell one vessel radius downstream of the start of a branch.
     int entry_of(int branch) const;
+    /// The cell of a branch whose middle is nearest to a place; -1 for a branch without any.
+    int nearest_in(int branch, const geometry::Vec3&) const;
     /// The cell that a point lies deepest in.
     int nearest(const geometry::Vec3&) const;
     /// Mean flow at rest through every cell [ml/s].

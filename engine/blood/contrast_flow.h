@@ -85,6 +85,8 @@ public:
     explicit ContrastFlow(const anatomy::Anatomy&, const FlowSpec& = {});
 
     const BloodFlow& blood() const { return blood_; }
+    /// The same without what is in the way of blood.
+    const BloodFlow& unobstructed() const { return free_ ? *free_ : blood_; }
     std::span<const geometry::Vec3> nodes() const { return nodes_; }  // middle of each cell [mm]
     std::span<const float> radii() const { return radii_; }           // [mm]
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]

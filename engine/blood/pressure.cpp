@@ -162,6 +162,34 @@ double mean_pressure_in(const BloodFlow& flow, int cell) {
     return flow.mean_pressure * left * obstructed(in);
 }
 
+Across across(const BloodFlow& flow, int branch, const geometry::Vec3& from, const geometry::Vec3& middle,
+              const geometry::Vec3& to) {
+    Across found;
+    found.middle = found.before = found.behind = flow.nearest_in(branch, middle);
+    if (found.middle < 0) return found;
+    const auto upstream = [&](int cell) { return flow.cells[static_cast<std::size_t>(cell)].upstream; };
+    const double half = std::max((from - middle).norm(), (to - middle).norm());
+    double passed = 0;
+    while (passed < half && upstream(found.before) >= 0) {
+        passed += flow.cells[static_cast<std::size_t>(found.before)].distance;
+        found.before = upstream(found.before);
+    }
+    // Blood may run from the branch's end to its origin.
+    for (const geometry::Vec3& end : {from, to}) {
+        const int cell = flow.nearest_in(branch, end);
+        int up = cell;
+        while (up >= 0 && up != found.middle) up = upstream(up);
+        if (up == found.middle && cell != found.middle) found.behind = cell;
+    }
+    return found;
+}
+
+double ratio_across(double pressure, double flow, const Obstruction& in_the_way, double more) {
+    if (!(flow > 1e-9) || !(pressure > 0)) return 1;
+    return in_the_way.passes *
+           flow_left(pascal_per_mmhg * pressure, more * flow, in_the_way.laminar, in_the_way.turbulent);
+}
+
 double heart_phase(double time, double heart_rate) {
     const double beats = time * heart_rate / 60.0;
     return beats - std::floor(beats);

@@ -41,6 +41,23 @@ std::vector<Lesion> lesions_of(std::span<const FlowCell>);
 /// Mean pressure in a cell [mmHg]. Beyond a plug it is collateral_pressure.
 double mean_pressure_in(const BloodFlow&, int cell);
 
+/// Cells before, in and behind a stretch of a branch, along the flow; -1 in a branch without any.
+struct Across {
+    int before = -1, middle = -1, behind = -1;
+    bool known() const { return middle >= 0; }
+};
+Across across(const BloodFlow&, int branch, const geometry::Vec3& from, const geometry::Vec3& middle,
+              const geometry::Vec3& to);
+
+/// Part of a pressure [mmHg] that is left behind an obstruction, where the bed lets a flow [ml/s] through
+/// under that pressure without it. `more`: how many times as much as at rest the bed lets through, whose
+/// resistance is as much lower.
+double ratio_across(double pressure, double flow, const Obstruction&, double more = 1);
+
+/// Of the flow in hyperaemia to that at rest (estimate: reserves of coronary beds are 2.5 to 5 in texts); the
+/// pressure of the arteries stays.
+inline constexpr double hyperaemia = 3;
+
 /// Mean pressure of blood that comes by collateral arteries alone, which is also what a catheter that seals
 /// its vessel shows: of the order of coronary wedge pressures (estimate) [mmHg].
 inline constexpr double collateral_pressure = 25;

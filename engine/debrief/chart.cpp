@@ -190,6 +190,49 @@ std::string time_line(const Story& story) {
         width, top + 12, left, width - right, last, text);
 }
 
+std::string treatment_chart(const Story& story) {
+    struct Lane {
+        const char* name;
+        std::optional<double> Moment::*value;
+        const char* colour;
+        double height;
+    };
+    constexpr std::array<Lane, 2> lanes = {{{"balloon, atm", &Moment::balloon, ink::devices[1], 90},
+                                            {"narrowest lumen, mm", &Moment::lumen, ink::wire, 90}}};
+    if (story.moments.empty()) return "";
+    const Scale x{0, std::max(story.moments.back().seconds, 0.1), left, width - right};
+    std::string text;
+    double top = 24;
+    for (const Lane& lane : lanes) {
+        double most = 0;
+        bool any = false;
+        for (const Moment& m : story.moments)
+            if (m.*lane.value) any = true, most = std::max(most, *(m.*lane.value));
+        if (!any) continue;
+        const double step = nice_step(most > 0 ? most : 1, 3);
+        most = std::max(most, step);
+        const Scale y{0, most, top + lane.height, top};
+        for (double v = 0; v <= most + 1e-9; v += step)
+            text += fmt::format(
+                "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/><text x=\"{}\" "
+                "y=\"{:.1f}\" text-anchor=\"end\" class=\"tick\">{:g}</text>",
+                left, width - right, y(v), y(v), ink::grid, left - 5, y(v) + 4, v);
+        text +=
+            fmt::format("<text x=\"{}\" y=\"{:.1f}\" class=\"lane\">{}</text>", left + 4, top - 5, lane.name);
+        text += line(story, x, y, lane.colour, [&](const Moment& m) { return (m.*lane.value).value_or(0); });
+        top += lane.height + 26;
+    }
+    if (text.empty()) return "";
+    const double step = nice_step(story.moments.back().seconds, 10);
+    for (double t = 0; t <= story.moments.back().seconds + 1e-9; t += step)
+        text +=
+            fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" class=\"tick\">{:g} s</text>",
+                        x(t), top - 6, t);
+    return fmt::format(
+        "<svg viewBox=\"0 0 {} {:.0f}\" role=\"img\" aria-label=\"balloon and lumen over time\">{}</svg>",
+        width, top, text);
+}
+
 std::string tip_over_vessels(const Story& story) {
     const std::array<Side, 2> sides = {
         {{"from the front", geometry::Vec3::UnitX()}, {"from the left", geometry::Vec3::UnitY()}}};

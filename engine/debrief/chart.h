@@ -21,6 +21,9 @@ struct ink {
 /// "#e" and its number. The group with the id "cursor" is moved by the page's script.
 std::string time_line(const Story&);
 
+/// Pressure of the balloon and the narrowest place of the first lesion over time; empty without both.
+std::string treatment_chart(const Story&);
+
 /// The tip's way over the vessels, from the front and from the left, on the same scale; dots with the class
 /// "here" and circles of marks as in the time line.
 std::string tip_over_vessels(const Story&);

@@ -342,6 +342,49 @@ std::string pictures(const Story& story) {
     return text + "</div>";
 }
 
+std::string treatment_table(std::span<const exercise::TreatmentFigure> rows, bool of_lesion) {
+    std::string text = "<table class=\"treatment\">";
+    if (of_lesion) text += "<thead><tr><th></th><th>before</th><th>at the end</th><th></th></tr></thead>";
+    text += "<tbody>";
+    for (const exercise::TreatmentFigure& row : rows)
+        text += fmt::format(
+            "<tr><td>{}</td>{}<td>{}</td><td class=\"what\">{}</td></tr>", io::html_escaped(row.name),
+            of_lesion ? "<td>" + io::html_escaped(row.before) + "</td>" : std::string(),
+            io::html_escaped(row.now == "-" ? "\u2013" : row.now), io::html_escaped(row.meaning));
+    return text + "</tbody></table>";
+}
+
+/// Of balloons and stents. Empty where there was nothing to treat.
+std::string treatment_section(const Story& story) {
+    if (!story.score.treatment) return "";
+    const exercise::TreatmentScore& score = *story.score.treatment;
+    std::string text = "\n<h2>Treatment</h2>";
+    if (!story.treated.empty()) {
+        text += "<div class=\"frames\">";
+        for (const KeyFrame& frame : story.treated)
+            text += fmt::format(
+                "<figure data-frame=\"{0}\"><img alt=\"{2}\" "
+                "src=\"data:image/png;base64,{1}\"><figcaption>Frame {0}: {2}</figcaption></figure>",
+                frame.frame, base64(frame.png), io::html_escaped(frame.caption));
+        text += "</div>";
+        if (!story.of_contrast)
+            text +=
+                "<p class=\"legend\">Not both were taken with contrast in the lesion: these are the last "
+                "images before the first inflation and of the attempt.</p>";
+    }
+    text += treatment_chart(story);
+    for (const exercise::LesionScore& lesion : score.lesions)
+        text += fmt::format("<h3>Lesion of the {}</h3>", io::html_escaped(exercise::name_of(lesion))) +
+                treatment_table(exercise::figures_of(lesion), true);
+    if (const scenario::Sample& skilled = story.scenario.lesson.benchmark.residual; skilled.given())
+        text += fmt::format(
+            "<p>Skilled attempts left a residual stenosis of {:.0f} &plusmn; {:.0f} % in the worst "
+            "lesion.</p>",
+            skilled.mean(), skilled.spread());
+    text += "<h3>Balloon</h3>" + treatment_table(exercise::figures_of(score), false);
+    return text + "<p class=\"legend\">The figures are measured, and no grade is made of them.</p>";
+}
+
 /// The moments as the script reads them: frame, seconds, x, y, z, inserted, force, way to the target.
 std::string data_of(const Story& story) {
     std::string text = "{\"moments\":[";
@@ -475,6 +518,7 @@ std::string page(std::span<const Story> stories, const Story* expert) {
     text += "\n<div class=\"two\"><section><h2>Way of the tip</h2>" + tip_over_vessels(story) + "</section>";
     text += "\n<section><h2>Errors of handling</h2>" + errors(story) + wrong_branches(story) +
             set_by_teacher(story) + "</section></div>";
+    text += treatment_section(story);
     text += teacher_section(story);
     if (!story.key_frames.empty()) text += "\n<h2>What the screen showed</h2>" + pictures(story);
     text += "\n<h2>Figures</h2>" + table(story, before, expert) + meanings(benchmark.given());

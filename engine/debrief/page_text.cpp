@@ -29,6 +29,8 @@ dt{font-weight:600;margin-top:8px}
 dd{margin:0 0 0 18px}
 details{margin:8px 0}
 summary{cursor:pointer;color:var(--accent)}
+table.treatment td{white-space:nowrap}
+table.treatment td.what{white-space:normal;text-align:left;color:var(--soft);font-size:13px;width:45%}
 tr.group th{padding-top:14px;text-align:left;color:var(--accent)}
 svg{display:block;width:100%;height:auto;font-family:inherit}
 .tick{font-size:11px;fill:#666}

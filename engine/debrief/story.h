@@ -24,7 +24,10 @@ struct Moment {
     double injection = 0;          // [ml/s]
     double to_target = 0;          // [mm]
     bool beam = false;
-    bool dsa = false;
+    bool dsa = false, pulse = false;
+    /// Of the balloon [atm], the narrowest place of the first lesion [mm], the contrast there [mg/ml]; empty
+    /// where there is none.
+    std::optional<double> balloon, lumen, iodine;
     geometry::Vec3 tip = geometry::Vec3::Zero();  // [mm]
 };
 
@@ -44,6 +47,10 @@ struct Story {
     std::vector<std::string> differences;  // of the states from the recorded ones
     std::vector<std::string> notices;
     std::vector<Moment> moments;
+    /// Before the first inflation and after the last one; empty without both. `of_contrast`: whether contrast
+    /// shows the lesion in both.
+    std::vector<KeyFrame> treated;
+    bool of_contrast = false;
     std::vector<KeyFrame> key_frames;  // in order; empty without images
     std::vector<geometry::CentrelineBranch> branches;
     geometry::Vec3 target = geometry::Vec3::Zero();  // [mm]

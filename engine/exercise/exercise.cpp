@@ -193,6 +193,26 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
         for (const auto& branch : simulation.anatomy().branches) truth.branches.push_back(branch.name);
     }
     if (parts.lengths) truth.lengths = fluoroscope.layer_lengths(pulse.arm, pulse.exposure);
+    for (const Lesion& lesion : simulation.treatment().lesions()) {
+        TrueLesion& made = truth.lesions.emplace_back();
+        made.branch = simulation.anatomy().branches[static_cast<std::size_t>(lesion.branch)].name;
+        made.along = simulation.treatment().stretch_of(lesion).arc;
+        for (const physics::OpenedPlace& place : lesion.places) {
+            made.reference.push_back(place.reference);
+            made.radius.push_back(place.radius);
+            made.stent.push_back(std::min(place.stent, place.radius));
+        }
+    }
+    for (const PlacedStent& stent : simulation.treatment().stents()) {
+        if (stent.samples.empty()) continue;
+        TrueStent& made = truth.placed_stents.emplace_back();
+        made.device = stent.device;
+        made.attached = stent.attached;
+        made.distal = simulation.place_now(stent.samples.front().at);
+        made.proximal = simulation.place_now(stent.samples.back().at);
+        for (const PlacedStent::Sample& sample : stent.samples)
+            made.radii.push_back(std::min(sample.place.stent, sample.place.radius));
+    }
     return truth;
 }
 

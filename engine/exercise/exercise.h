@@ -26,6 +26,20 @@ struct TruthParts {
     bool any() const { return signal || expected || labels || lengths; }
 };
 
+/// A lesion as it is at a frame's end: radii at places along its branch, from the origin [mm].
+struct TrueLesion {
+    std::string branch;
+    std::vector<double> along, reference, radius;
+    std::vector<double> stent;  // of a stent there; 0 = none
+};
+/// A stent, in the room [mm].
+struct TrueStent {
+    std::string device;
+    bool attached = false;  // it has not left its balloon or sheath
+    geometry::Vec3 proximal = geometry::Vec3::Zero(), distal = geometry::Vec3::Zero();  // its ends
+    std::vector<double> radii;                                                          // from the distal end
+};
+
 /// Ground truth of an image, for training and testing trackers: where the wire, its tip and the vessels are.
 struct Truth {
     Pulse pulse;                             // the pulse that the image shows
@@ -40,6 +54,8 @@ struct Truth {
         {};                                  // the branch that the ray runs through longest, from 1; 0 = none
     std::vector<std::string> branches = {};  // names, that of label k at k − 1; with labels
     std::vector<render::Fluoroscope::LayerLength> lengths = {};
+    std::vector<TrueLesion> lesions = {};  // of the vessels now
+    std::vector<TrueStent> placed_stents = {};
 };
 
 /// Of the monitor's last pulse, which must exist.

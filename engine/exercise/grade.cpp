@@ -141,6 +141,10 @@ Benchmark benchmark_of(std::span<const Score> attempts, std::string by, std::uin
         if (values.size() != attempts.size()) values.clear();
     }
     for (const Score& score : attempts) made.angiograms.values.push_back(score.angiograms);
+    for (const Score& score : attempts)
+        if (const Value residual = score.treatment ? score.treatment->worst_residual() : Value())
+            made.residual.values.push_back(rounded(std::max(0.0, *residual)));
+    if (made.residual.values.size() != attempts.size()) made.residual.values.clear();
     return made;
 }
 

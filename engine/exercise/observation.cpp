@@ -96,6 +96,19 @@ constexpr Field table[] = {
     {"mean_pressure_mmHg", "mean_pressure_mmHg", "mmHg", "mean of that pressure over a beat",
      &R::mean_pressure},
     {"ecg_mV", "ecg_mV", "mV", "electrocardiogram, as lead II has it", &R::ecg},
+    {"balloon_pressure_atm", "balloon_pressure_atm", "atm",
+     "pressure in the balloon, on the dial; nan, null or empty where there is no device with a balloon or "
+     "stent",
+     &R::balloon_pressure},
+    {"balloon_diameter_mm", "balloon_diameter_mm", "mm",
+     "the largest diameter of the balloon now; nan, null or empty where there is none", &R::balloon_diameter},
+    {"lumen_mm", "lumen_mm", "mm",
+     "diameter of the narrowest place of the first lesion; nan, null or empty where there is no lesion",
+     &R::lumen},
+    {"gradient_mmHg", "gradient_mmHg", "mmHg",
+     "mean pressure before the first lesion less that behind it, with the devices and balloons in it; nan, "
+     "null or empty where there is no lesion",
+     &R::gradient},
 };
 
 Place place_of(const Vec3& v) {
@@ -111,6 +124,15 @@ void read_pressure(const Simulation& simulation, Observation& r) {
     r.systolic = at->systolic;
     r.diastolic = at->diastolic;
     r.mean_pressure = at->mean;
+}
+
+void read_treatment(const Simulation& simulation, Observation& r) {
+    if (const Inflation* inflation = simulation.treatment().inflation()) {
+        r.balloon_pressure = inflation->pressure;
+        if (!inflation->radii.empty()) r.balloon_diameter = 2 * *std::ranges::max_element(inflation->radii);
+    }
+    r.lumen = narrowest_lumen(simulation).value_or(absent);
+    r.gradient = pressure_drop(simulation).value_or(absent);
 }
 
 /// Contacts of the joints that the device bears: those that it is outermost at.
@@ -217,6 +239,7 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
         r.leaked_iodine += hole.iodine;
     }
     read_pressure(simulation, r);
+    read_treatment(simulation, r);
     r.friction_loss = simulation.wire().friction_loss + simulation.wire().rub_loss;
     r.target = place_of(simulation.place_now(simulation.target()));
     r.target_radius = simulation.scenario().target.radius;

@@ -60,6 +60,7 @@ struct Observation {
     bool settling = false;
     double air_kerma = 0, area_product = 0;
     double pressure = 0, systolic = 0, diastolic = 0, mean_pressure = 0, ecg = 0;
+    double balloon_pressure = absent, balloon_diameter = absent, lumen = absent, gradient = absent;
     Place target = {}, shift = {};
     double target_radius = 0;
     InImage tip_px = {}, target_px = {};

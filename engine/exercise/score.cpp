@@ -31,6 +31,7 @@ std::vector<SetByTeacher> events_of(const Simulation& simulation) {
     const double rate = simulation.scenario().frame_rate;
     std::vector<SetByTeacher> events;
     for (const Complication& c : simulation.complications()) {
+        if (is_torn(c, simulation.treatment())) continue;  // by a balloon
         SetByTeacher& event = events.emplace_back();
         event.what = c;
         event.what.come = 0;
@@ -183,7 +184,7 @@ void Score::state(geometry::StateStream& s) {
       rotation, idle_fraction, tip_path, path_efficiency, mean_tip_speed, spectral_arc_length,
       log_dimensionless_jerk, peak_wall_force, mean_wall_force, time_over_force, wall_force_impulse, deepest,
       buckled_frames, tip_to_target, wrong_branches, handling_errors, duration, resets, frames, interrupted);
-    s.beside(cine_runs, dose);
+    s.beside(cine_runs, dose, treatment);
     s.unless_empty(set_by_teacher);
     s.unless_empty(teacher);
 }
@@ -213,6 +214,9 @@ void Scorer::begin(const Simulation& simulation) {
     last_injection_.reset();
     mode_ = script::ImagingMode::Live;
     views_.clear();
+    ballooned_.clear();
+    treated_ = 0;
+    observe_treatment(simulation);
 }
 
 void Scorer::observe(const Frame& frame) {
@@ -237,8 +241,24 @@ void Scorer::observe(const Frame& frame) {
     observe_wall(frame);
     observe_target(frame);
     if (!simulation.complications().empty()) score_.set_by_teacher = events_of(simulation);
+    observe_treatment(simulation);
     handling_.observe(frame);
     turns_.observe(simulation.anatomy(), simulation.tip(), frame_time_);
+}
+
+/// Made anew whenever something of it has changed.
+void Scorer::observe_treatment(const Simulation& simulation) {
+    const Treatment& treatment = simulation.treatment();
+    if (!treatment.given()) return;
+    if (treatment.inflation() && treatment.inflation()->inflated()) note_balloon(simulation, ballooned_);
+    geometry::Hash hash;
+    const std::uint64_t state = geometry::state_hash_of(treatment);
+    const auto set = std::ranges::count_if(simulation.complications(), &Complication::set);
+    hash.add(&state, sizeof state);
+    hash.add(&set, sizeof set);
+    if (score_.treatment && hash.value() == treated_) return;
+    treated_ = hash.value();
+    score_.treatment = treatment_score(simulation, ballooned_);
 }
 
 void Scorer::observe_console(const Frame& frame) {

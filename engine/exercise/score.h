@@ -4,6 +4,7 @@
 /// Also how smoothly the tip moves, and the branches it went into although they do not lead to the target,
 /// and what a teacher did to screen and clock.
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@
 #include "engine/exercise/dose.h"
 #include "engine/exercise/frame.h"
 #include "engine/exercise/handling.h"
+#include "engine/exercise/treatment_score.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
@@ -142,6 +144,8 @@ struct Score {
     std::vector<WrongBranch> wrong_branches;
     std::vector<HandlingErrorMark> handling_errors;  // errors of handling
     std::vector<SetByTeacher> set_by_teacher;
+    /// Where there is something to treat, or to treat with.
+    std::optional<TreatmentScore> treatment;
     std::vector<TeacherMark> teacher;  // what a teacher showed, hid or stopped; costs nothing
     double duration = 0;               // of the attempt [s]
     int resets = 0;
@@ -169,7 +173,8 @@ public:
           first_tip_, last_tip_, shortest_, speeds_, active_frames_, moving_frames_, moving_path_, frames_,
           beam_frames_, frames_over_force_, force_sum_, mode_, views_, injects_, shown_, last_injection_,
           screen_);
-        s.beside(cine_runs_on_);
+        s.beside(cine_runs_on_, treated_);
+        s.unless_empty(ballooned_);
     }
 
 private:
@@ -179,6 +184,7 @@ private:
     void observe_wall(const Frame&);
     void observe_target(const Frame&);
     void observe_teacher(const Frame&);
+    void observe_treatment(const Simulation&);
 
     Score score_;
     std::vector<Score> earlier_;
@@ -202,6 +208,8 @@ private:
     script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
     bool cine_runs_on_ = false;  // the last pulse was of cine, and the pedal has stayed down
     std::vector<render::CArm> views_;
+    std::vector<Ballooned> ballooned_;  // of each lesion; empty before the first inflation
+    std::uint64_t treated_ = 0;         // hash of what the score of the treatment was made of
     script::TeacherScreen screen_ =
         script::usual_screen;  // as a teacher has left it, also from one attempt to the next
 };

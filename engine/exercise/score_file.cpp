@@ -86,6 +86,66 @@ Json of_dose(const DosePart& part) {
             {"kerma_area_product_Gy_cm2", part.area_product}};
 }
 
+Json of_lesion_state(const LesionState& s) {
+    return {{"lumen_mm", s.lumen},
+            {"reference_mm", s.reference},
+            {"residual_percent", s.residual},
+            {"proximal_mmHg", or_null(s.proximal)},
+            {"distal_mmHg", or_null(s.distal)},
+            {"gradient_mmHg", or_null(s.gradient())},
+            {"pd_pa", or_null(s.ratio)},
+            {"pd_pa_hyperaemic", or_null(s.hyperaemic)}};
+}
+
+Json of_stented(const StentedLesion& s) {
+    return {{"covered_percent", s.covered},
+            {"missed_proximal_mm", s.missed_proximal},
+            {"missed_distal_mm", s.missed_distal},
+            {"proximal_end_mm", s.proximal_end},
+            {"distal_end_mm", s.distal_end},
+            {"proximal_off_plan_mm", or_null(s.proximal_off)},
+            {"distal_off_plan_mm", or_null(s.distal_off)},
+            {"protrusion_mm", or_null(s.protrusion)},
+            {"balloon_beyond_proximal_mm", or_null(s.beyond_proximal)},
+            {"balloon_beyond_distal_mm", or_null(s.beyond_distal)},
+            {"largest_gap_mm", or_null(s.gap)},
+            {"apposed_percent", or_null(s.apposed)},
+            {"expansion_percent", or_null(s.expansion)},
+            {"jailed_branches", s.jailed}};
+}
+
+Json of_treatment(const TreatmentScore& s) {
+    Json lesions = Json::array(), stents = Json::array();
+    for (const LesionScore& lesion : s.lesions)
+        lesions.push_back({{"branch", lesion.branch},
+                           {"at_mm", lesion.at},
+                           {"length_mm", lesion.length},
+                           {"before", of_lesion_state(lesion.before)},
+                           {"after", of_lesion_state(lesion.after)},
+                           {"stented", lesion.stented ? of_stented(*lesion.stented) : Json(nullptr)}});
+    for (const StentScore& stent : s.stents)
+        stents.push_back({{"device", stent.device},
+                          {"frame", stent.frame},
+                          {"length_mm", stent.length},
+                          {"diameter_mm", stent.diameter},
+                          {"lesion", stent.lesion < 0 ? Json(nullptr) : Json(stent.lesion)},
+                          {"attached", stent.attached}});
+    const InflationTally& t = s.tally;
+    return {{"lesions", lesions},
+            {"stents", stents},
+            {"inflations", t.inflations},
+            {"highest_pressure_atm", t.highest},
+            {"inflated_s", t.seconds},
+            {"beyond_rated_s", t.beyond_rated},
+            {"occluded_s", t.occluded},
+            {"longest_occlusion_s", t.longest},
+            {"balloon_to_artery", t.largest_ratio > 0 ? Json(t.largest_ratio) : Json(nullptr)},
+            {"bursts", s.bursts},
+            {"dissections", s.dissections},
+            {"dissections_left", s.dissections_left},
+            {"ruptures", s.ruptures}};
+}
+
 void add_attempt(Json& json, const Score& s) {
     json["completed"] = s.completed;
     json["completed_after_s"] = or_null(s.completed_after);
@@ -137,6 +197,7 @@ void add_attempt(Json& json, const Score& s) {
     json["wrong_branches"] = wrong;
     json["handling_errors"] = of_handling(s);
     for (const SetByTeacher& event : s.set_by_teacher) json["set_by_teacher"].push_back(of_event(event));
+    if (s.treatment) json["treatment"] = of_treatment(*s.treatment);
     if (s.teacher.empty()) return;
     Json acts = Json::array();
     for (const TeacherMark& mark : s.teacher)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <map>
@@ -162,7 +163,7 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
     row.cells = names_of(job);
     const auto fail = [&row](std::string why) {
         row.cells.resize(4);
-        row.cells.insert(row.cells.end(), 12, none);
+        row.cells.insert(row.cells.end(), batch_columns - 6, none);
         row.cells.emplace_back(std::string());
         row.cells.emplace_back(std::move(why));
         row.failed = true;
@@ -183,11 +184,24 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
         const auto number_of = [&](exercise::HandlingError kind) {
             return static_cast<double>(errors[static_cast<std::size_t>(kind)]);
         };
+        // Of lesions the worst; empty where there is none.
+        double residual = none, lumen = none, gradient = none, covered = none;
+        if (s.treatment) {
+            for (const exercise::LesionScore& lesion : s.treatment->lesions) {
+                residual = std::fmax(residual, lesion.after.residual);
+                lumen = std::fmin(lumen, lesion.after.lumen);
+                gradient = std::fmax(gradient, lesion.after.gradient().value_or(none));
+                covered = std::fmin(covered, lesion.stented ? lesion.stented->covered : 0.0);
+            }
+            if (s.treatment->stents.empty()) covered = none;
+        }
         for (const double value :
              {static_cast<double>(s.completed), s.completion_time.value_or(none), s.beam_on_time, s.contrast,
               s.wire_travel, s.tip_to_target, s.peak_wall_force, static_cast<double>(s.wrong_entries()),
               static_cast<double>(s.handling_errors.size()), number_of(exercise::HandlingError::Dissection),
-              number_of(exercise::HandlingError::Perforation), static_cast<double>(s.frames)})
+              number_of(exercise::HandlingError::Perforation), residual, lumen, gradient, covered,
+              s.treatment ? static_cast<double>(s.treatment->tally.inflations) : none,
+              static_cast<double>(s.frames)})
             row.cells.emplace_back(value);
         row.cells.emplace_back(io::hash_text(result.state_hash));
         row.cells.emplace_back(std::string());

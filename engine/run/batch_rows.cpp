@@ -23,7 +23,8 @@ using BatchJson = nlohmann::json;
 const char* const header =
     "run,scenario,commands,values,reached,completion_time_s,beam_on_time_s,contrast_ml,wire_travel_mm,"
     "tip_to_target_mm,peak_wall_force_N,wrong_entries,handling_errors,dissections,"
-    "perforations,frames,state_hash,problem\n";
+    "perforations,residual_percent,lumen_mm,gradient_mmHg,stent_covered_percent,inflations,"
+    "frames,state_hash,problem\n";
 
 namespace fs = std::filesystem;
 
@@ -54,7 +55,7 @@ std::map<int, BatchRow> kept_rows(const fs::path& file) {
                 row.cells.push_back(cell.is_string() ? io::CsvCell(cell.get<std::string>())
                                     : cell.is_null() ? io::CsvCell(std::numeric_limits<double>::quiet_NaN())
                                                      : io::CsvCell(cell.get<double>()));
-            if (row.cells.size() != 18) return {};
+            if (row.cells.size() != batch_columns) return {};
             rows[static_cast<int>(std::get<double>(row.cells[0]))] = std::move(row);
         }
     } catch (const std::exception&) {

@@ -12,6 +12,9 @@
 
 namespace run {
 
+/// Of batch.csv.
+inline constexpr std::size_t batch_columns = 23;
+
 /// What is kept of a run, to go on from.
 struct BatchRow {
     std::string of;                  // identity of scenario, script, program and what was asked for

@@ -99,6 +99,18 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
         list_device(json, name, device.joints, pulse);
         json[name + "_mask"] = stem(time.index) + "_" + name + ".png";
     }
+    for (const exercise::TrueLesion& lesion : truth.lesions)
+        json["lesions"].push_back({{"branch", lesion.branch},
+                                   {"along_mm", lesion.along},
+                                   {"reference_radius_mm", lesion.reference},
+                                   {"radius_mm", lesion.radius},
+                                   {"stent_radius_mm", lesion.stent}});
+    for (const exercise::TrueStent& stent : truth.placed_stents)
+        json["stents"].push_back({{"device", stent.device},
+                                  {"attached", stent.attached},
+                                  {"proximal_mm", list(stent.proximal)},
+                                  {"distal_mm", list(stent.distal)},
+                                  {"radii_mm", stent.radii}});
     json["vessel_mask"] = stem(time.index) + "_vessels.png";
     if (truth.extravasation) json["extravasation_mask"] = stem(time.index) + "_extravasation.png";
     if (truth.stents) json["stent_mask"] = stem(time.index) + "_stent.png";

@@ -82,6 +82,7 @@ const std::vector<BenchmarkFigure>& benchmark_figures() {
         {"wrong_entries", &Benchmark::wrong_entries},
         {"handling_errors", &Benchmark::errors},
         {"angiograms", &Benchmark::angiograms},
+        {"residual_percent", &Benchmark::residual},
     };
     return all;
 }

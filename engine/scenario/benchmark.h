@@ -46,6 +46,7 @@ struct Benchmark {
     Sample wrong_entries;    // into branches that do not lead to the target
     Sample errors;           // of handling, without injuries
     Sample angiograms;       // injections seen by the beam
+    Sample residual;         // stenosis of the worst lesion, 0 where it is wider than its vessel [percent]
 
     bool given() const { return attempts > 0; }
 };

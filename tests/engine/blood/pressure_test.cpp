@@ -49,6 +49,51 @@ TEST(Pressure, ExpansionLossIsThatOfAStep) {
     EXPECT_EQ(expansion_loss(2, 2), 0);
 }
 
+TEST(Pressure, ARatioAcrossIsThatOfYoungAndTsaiByHand) {
+    // 10 mm of 0.8 mm radius in a vessel of 2 mm, 93 mmHg, 2 ml/s at rest: a = 212.024, b = 140.611, R =
+    // 6199.47 [Pa s/ml]; q = 1.858142 ml/s at rest, and 4.300415 with R/3.
+    Obstruction lesion;
+    lesion.laminar = laminar_loss(10, 0.8, 2);
+    lesion.turbulent = expansion_loss(0.8, 2);
+    EXPECT_NEAR(lesion.laminar, 212.024, 0.001);
+    EXPECT_NEAR(lesion.turbulent, 140.611, 0.001);
+    EXPECT_NEAR(ratio_across(93, 2, lesion), 1.858142 / 2, 1e-5);
+    EXPECT_NEAR(ratio_across(93, 2, lesion, 3), 4.300415 / 6, 1e-5);
+    EXPECT_DOUBLE_EQ(ratio_across(93, 2, {}), 1);
+    EXPECT_DOUBLE_EQ(ratio_across(93, 0, lesion), 1);
+    // A laminar loss alone is a divider.
+    lesion.turbulent = 0;
+    const double bed = 93 * pascal_per_mmhg / 2;
+    EXPECT_NEAR(ratio_across(93, 2, lesion), bed / (bed + lesion.laminar), 1e-12);
+    // What is left of the flow in BloodFlow is the same.
+    const BloodFlow flow = blood_flow(test::straight_vessel(120, 3), with_inflow(2));
+    lesion.turbulent = 140.611;
+    lesion.from = {0, 0, -50}, lesion.middle = {0, 0, -60};
+    const BloodFlow with = flow.obstructed(std::span(&lesion, 1));
+    const Across cells = across(with, 0, {0, 0, -50}, {0, 0, -60}, {0, 0, -70});
+    EXPECT_NEAR(mean_pressure_in(with, cells.behind) / mean_pressure_in(with, cells.before),
+                ratio_across(93, 2, lesion), 1e-9);
+}
+
+TEST(Pressure, CellsAcrossAStretchFollowTheFlow) {
+    for (const bool turned : {false, true}) {
+        FlowSpec spec = with_inflow(2);
+        if (turned) spec.source = "vessel.out";
+        const BloodFlow flow = blood_flow(test::straight_vessel(120, 3), spec);
+        const Across found = across(flow, 0, {0, 0, -50}, {0, 0, -60}, {0, 0, -70});
+        const auto z = [&](int cell) { return flow.cells[static_cast<std::size_t>(cell)].centre.z(); };
+        EXPECT_NEAR(z(found.middle), -60, 1);
+        EXPECT_NEAR(z(found.before), turned ? -71 : -49, 2);
+        EXPECT_NEAR(z(found.behind), turned ? -50 : -70, 1);
+    }
+    // At a branch's origin the cell before is in the vessel that it leaves.
+    const BloodFlow flow = blood_flow(test::small_abdomen(), with_inflow(20));
+    const Across found = across(flow, 1, {6, 0, 50}, {14, 0, 50}, {22, 0, 50});
+    EXPECT_EQ(flow.cells[static_cast<std::size_t>(found.before)].branch, 0);
+    EXPECT_EQ(flow.cells[static_cast<std::size_t>(found.behind)].branch, 1);
+    EXPECT_FALSE(across(flow, 99, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}).known());
+}
+
 TEST(Pressure, AStenosisTakesWhatItAndTheBedShare) {
     const BloodFlow flow = blood_flow(narrowed_vessel(3, 1.2), with_inflow(4));
     ASSERT_EQ(flow.lesions.size(), 1u);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/engine/debrief/html.h"
+#include "tests/engine/exercise/treated.h"
 
 namespace debrief {
 namespace {
@@ -142,6 +143,37 @@ TEST(Debrief, ThePageAsksNothingOfAnyNetwork) {
     EXPECT_EQ(html.find("http:"), std::string::npos);
     EXPECT_EQ(html.find("https:"), std::string::npos);
     test::expect_said(html, "default-src 'none'");
+}
+
+TEST(Debrief, ATreatmentHasItsSectionWithPicturesBeforeAndAfter) {
+    const script::CommandScript script = recording(
+        "0 beam on\n1 inject 4 ml at 4 ml/s into tube\n30 beam off\n40 inflate 12 atm\n150 deflate\n230 beam "
+        "on\n"
+        "231 inject 4 ml at 4 ml/s into tube\n260 end\n");
+    const scenario::Scenario scenario =
+        test::scenario_to_treat(test::balloon_catheter(true), "stent_from_mm = 46\nstent_to_mm = 60\n");
+    const Story story = *tell(scenario, script, {});
+    ASSERT_EQ(story.treated.size(), 2u);
+    EXPECT_TRUE(story.of_contrast);
+    EXPECT_LT(story.treated[0].frame, 40);
+    EXPECT_GT(story.treated[1].frame, 230);
+    const std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(test::unbalanced(html), "");
+    for (const char* part :
+         {"<h2>Treatment</h2>", "Residual stenosis", "Covered by stents", "Highest pressure",
+          "balloon and lumen over time", "before the treatment", "Pd/Pa in hyperaemia"})
+        EXPECT_NE(html.find(part), std::string::npos) << part;
+    // Without images there are none, without contrast the last ones.
+    const Story without = *tell(scenario, script, quick());
+    EXPECT_TRUE(without.treated.empty());
+    EXPECT_EQ(test::unbalanced(page(std::span(&without, 1), nullptr)), "");
+    const Story plain = *tell(scenario, recording("0 beam on\n5 inflate 12 atm\n60 deflate\n130 end\n"), {});
+    ASSERT_EQ(plain.treated.size(), 2u);
+    EXPECT_FALSE(plain.of_contrast);
+    EXPECT_EQ(plain.treated[0].frame, 4);
+    EXPECT_EQ(plain.treated[1].frame, 130);
+    const Story other = *tell(test::small_scenario(), recording(clumsy), quick());
+    EXPECT_EQ(page(std::span(&other, 1), nullptr).find("Treatment"), std::string::npos);
 }
 
 TEST(Debrief, KeyFramesAreWhereErrorsBegan) {

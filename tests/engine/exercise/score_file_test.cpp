@@ -10,6 +10,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "tests/engine/exercise/played.h"
+#include "tests/engine/exercise/treated.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -68,6 +69,34 @@ TEST(ScoreFile, OfWildHandsIsWhatTheSchemaDescribes) {
         const Json json = report_of(exercise, learners[pick(3)], benchmark);
         EXPECT_EQ(objections(json), "") << "seed " << seed << "\n" << json.dump(1);
     }
+}
+
+TEST(ScoreFile, OfATreatmentIsWhatTheSchemaDescribes) {
+    const auto make = [](Exercise& exercise, const script::Command& command, int frames) {
+        exercise.next_frame(std::vector<script::Command>{command});
+        for (int k = 1; k < frames; ++k) exercise.next_frame({});
+    };
+    for (const bool stented : {false, true})
+        for (const char* plan : {"", "stent_from_mm = 46\nstent_to_mm = 60\n"}) {
+            Exercise exercise(test::scenario_to_treat(test::balloon_catheter(stented), plan), false);
+            EXPECT_EQ(objections(report_of(exercise, "", {})), "");
+            make(exercise, script::Inflate{12}, 120);
+            make(exercise, script::Deflate{}, 60);
+            make(exercise, script::Reset{}, 3);
+            const Json json = report_of(exercise, "", {});
+            EXPECT_EQ(objections(json), "") << json.dump(1);
+            const Json& before = json["earlier_attempts"][0]["treatment"];
+            EXPECT_EQ(before["inflations"], 1);
+            EXPECT_EQ(before["stents"].size(), stented ? 1u : 0u);
+            EXPECT_EQ(before["lesions"][0]["stented"].is_null(), !stented);
+            EXPECT_EQ(json["treatment"]["inflations"], 0);
+            Json other = json;
+            other["treatment"].erase("lesions");
+            EXPECT_NE(objections(other), "");
+            other = json;
+            other["treatment"]["lesions"][0]["before"]["residual_percent"] = 101;
+            EXPECT_NE(objections(other), "");
+        }
 }
 
 TEST(ScoreFile, TheSchemaRefusesWhatIsNoScore) {
