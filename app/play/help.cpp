@@ -103,6 +103,8 @@ void Play::draw_help() {
     ImGui::BeginChild("list", ImVec2(0, std::max(height, u(60))));
     for (std::size_t k = 0; k < room::task_names.size(); ++k) {
         const auto task = static_cast<Task>(k);
+        const bool treats = session_ && session_->options().scenario.index_of(script::DeviceRole::Balloon);
+        if (task == Task::Treatment && !treats) continue;
         ImGui::PushID(static_cast<int>(k));
         wrapped(window_, Face::Bold, palette::bright, std::string(room::task_names[k]));
         if (task == Task::Hands) draw_hands_help();

@@ -125,6 +125,20 @@ void of_contrast(Effects& effects, const Input& input, const exercise::Frame& fr
     effects[by == InjectionPreset::By::Hand ? script::inject_by_hand : script::inject_by_pump] += 1;
 }
 
+void of_balloon(Effects& effects, const Situation& before, const Situation& after, const Input& input) {
+    if (!before.balloon || !after.balloon) return;
+    const Situation::Balloon &was = *before.balloon, &is = *after.balloon;
+    if (is.device != was.device) {
+        effects[practice(Action::NextBalloon)] += 1;
+        return;
+    }
+    if (input.holds(Action::Inflate))
+        effects[practice(Action::Inflate)] += std::max(0.0, is.wanted - was.wanted);
+    if (is.wanted == 0 && was.wanted > 0) effects[practice(Action::Deflate)] += 1;
+    if ((is.deployed && !was.deployed) || is.to_uncover > was.to_uncover)
+        effects[practice(Action::Deploy)] += 1;
+}
+
 /// What the mouse does of it, and a gamepad's stick.
 std::string other_inputs(Action action, const KeyMap& keys) {
     for (const Side side : sides) {
@@ -165,6 +179,8 @@ double enough(Practice practised) {
         case Action::AcquisitionMode:
         case Action::Roadmap:
             return 4;  // pulses
+        case Action::Inflate:
+            return 2;  // [atm]
         default:
             if (moves_device(action)) return 20 * degree;
             if (action >= Action::ArmLao && action <= Action::ArmCaudal) return 4 * degree;
@@ -187,6 +203,8 @@ Situation situation_of(const exercise::Simulation& simulation, const Grasp* gras
     now.table = console.table();
     now.pulse_rate = console.pulse_rate();
     now.acquires = console.beam_on() && console.mode() == script::ImagingMode::Dsa;
+    if (const exercise::Inflation* balloon = simulation.treatment().inflation())
+        now.balloon = {balloon->device, balloon->wanted, balloon->to_uncover, balloon->deployed};
     using State = scenario::Breathing::State;
     const State state = simulation.breathing().state();
     now.breathes = state == State::Free || state == State::Gasping;
@@ -205,6 +223,7 @@ Effects effects_of(const Situation& before, const Situation& after, const Input&
     of_pedals(effects, before, frame);
     of_shifts(effects, input, frame);
     of_contrast(effects, input, frame, keys);
+    of_balloon(effects, before, after, input);
     if (before.breathes && !after.breathes) effects[practice(Action::Breath)] = 1;
     if (completed) effects[script::reach_target] = 1;
     return effects;

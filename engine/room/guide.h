@@ -38,6 +38,13 @@ struct Situation {
     double pulse_rate = 0;                          // [1/s]
     bool acquires = false;                          // a run of DSA
     bool breathes = true;
+    /// Of the balloon or the stent, where there is one.
+    struct Balloon {
+        std::string device;
+        double wanted = 0, to_uncover = 0;  // [atm], [mm]
+        bool deployed = false;
+    };
+    std::optional<Balloon> balloon;
 };
 /// `grasp` may be null.
 Situation situation_of(const exercise::Simulation&, const Grasp*);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/room/guide.h"
 #include "engine/script/recording.h"
 #include "tests/engine/room/hands_fixture.h"
 
@@ -103,6 +104,37 @@ TEST_F(TreatmentByKeys, WhatIsNotToBeDoneIsSaidAndNoCommandIsGiven) {
     Hands others(map, 1 / without.simulation().scenario().frame_rate);
     EXPECT_TRUE(others.commands(holding({Action::Inflate}), without.simulation(), {}, messages).empty());
     EXPECT_EQ(messages.back().text, "This exercise has neither balloon nor stent");
+}
+
+TEST_F(TreatmentByKeys, ALessonCountsWhatCameOfTheKeys) {
+    const auto effects_in = [&](const Input& input) {
+        const Situation before = situation_of(simulation(), hands.grasp());
+        const exercise::Frame made = exercise.next_frame(commands(input));
+        const Situation after = situation_of(simulation(), hands.grasp());
+        return effects_of(before, after, input, made, map, false);
+    };
+    EXPECT_EQ(effects_in(holding({Action::Inflate}))[script::practice(Action::Inflate)], 1);
+    EXPECT_EQ(effects_in(pressing({Action::Deflate}))[script::practice(Action::Deflate)], 1);
+    EXPECT_EQ(effects_in(holding({Action::Deploy}))[script::practice(Action::Deploy)], 0) << "no stent";
+    EXPECT_EQ(effects_in(pressing({Action::NextBalloon}))[script::practice(Action::NextBalloon)], 0);
+    while (inside() > 20) frame(holding({Action::LeftWithdraw, Action::Fast}));
+    Effects effects = effects_in(pressing({Action::NextBalloon}));
+    for (int k = 0; k < 60 && effects[script::practice(Action::NextBalloon)] == 0; ++k)
+        effects = effects_in(Input());
+    EXPECT_EQ(effects[script::practice(Action::NextBalloon)], 1);
+}
+
+TEST_F(TreatmentByKeys, ATrayHasWhatTheCatalogueHasAndWhatFitsItsNeighbours) {
+    const auto said = [](const std::string& tray) {
+        const std::string toml = test::replaced(artery(), "[\"pta6x20\", \"stent6x18renal\"]", tray);
+        return test::refusal([&] { exercise::Exercise(test::small_scenario(toml), true); });
+    };
+    EXPECT_EQ(said("[\"pta5x20\"]"), "");
+    test::expect_said(said("[\"pta6x21\"]"), "did you mean 'pta6x20'?");
+    test::expect_said(said("[\"cobra5f\"]"), "cobra5f");
+    test::expect_said(said("\"pta6x20\""), "expected a list of balloons and stents");
+    // The wire of 0.018 in is too thick for a balloon of coronary arteries.
+    test::expect_said(said("[\"pta6x20\", \"cor30x15\"]"), "does not fit");
 }
 
 TEST_F(TreatmentByKeys, ABalloonThenAStentLeaveLessThanThirtyPercentAndTheRecordingReplays) {

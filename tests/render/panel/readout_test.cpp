@@ -57,6 +57,24 @@ TEST(Readout, PressureIsSystolicDiastolicAndMeanOrADash) {
     EXPECT_EQ(render::pressure_text(r), "--");
 }
 
+TEST(Readout, ABalloonHasItsPressureWidthAndStent) {
+    render::Readout::Balloon b;
+    b.pressure = 8, b.nominal = 8, b.rated = 14;
+    EXPECT_EQ(inflation_text(b), "8.0 atm (nominal 8, rated 14)");
+    b.diameter = 6.04, b.waist = 6;
+    EXPECT_EQ(balloon_width_text(b), "6.0 mm");
+    b.waist = 4.12;
+    EXPECT_EQ(balloon_width_text(b), "6.0 mm, waist 4.1 mm");
+    b.stent = 18;
+    EXPECT_EQ(stent_text(b), "18 mm, on its balloon");
+    b.deployed = true;
+    EXPECT_EQ(stent_text(b), "has left its balloon");
+    b.out = 12;
+    EXPECT_EQ(stent_text(b), "12 of 18 mm out of its sheath");
+    b.burst = true;
+    EXPECT_EQ(inflation_text(b), "burst");
+}
+
 TEST(Readout, SidesOfTheImageFollowTheView) {
     const auto frontal = render::image_sides(0.0, 0.0);
     EXPECT_EQ(frontal.left, "R");
