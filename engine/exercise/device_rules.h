@@ -32,9 +32,9 @@ std::string missing_device(const script::Command&, const scenario::Scenario&);
 
 /// Where the device that an exchange names is read from. Throws InputError for one that is not there.
 std::filesystem::path file_of_device(script::DeviceRole, const std::string& name, const scenario::Scenario&);
-/// A wire or a balloon of the scenario's catalogue, to be used among its devices, with torsional rigidity where
-/// the scenario's shafts have it. Throws InputError for an unknown device, one of another kind, or one that does
-/// not fit the others' lumens.
+/// A wire or a balloon of the scenario's catalogue, to be used among its devices, with torsional rigidity
+/// where the scenario's shafts have it. Throws InputError for an unknown device, one of another kind, or one
+/// that does not fit the others' lumens.
 scenario::Device device_of_catalogue(script::DeviceRole, const std::string& name, const scenario::Scenario&);
 
 /// The commands of a script that the scenario's devices cannot follow, whatever its vessels, a sentence each.

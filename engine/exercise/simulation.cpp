@@ -374,8 +374,7 @@ void Simulation::move_hub(StepReport& report) {
     } else {
         const bool stiffer = physics::let_rest(moving_, 1 / scenario_.frame_rate);
         change_vessels(report);
-        if (hub_is_idle() && stiffer)
-            account(hub_->settle(moving_, updates_left(report)), report);
+        if (hub_is_idle() && stiffer) account(hub_->settle(moving_, updates_left(report)), report);
     }
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) renew_models(report);
     if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);

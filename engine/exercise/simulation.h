@@ -50,12 +50,12 @@ struct MotionFlags {
 
 /// What one frame did.
 struct StepReport : MotionFlags {
-    physics::RelaxReport relax;      // of the whole frame
-    std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
-    double rotation = 0;             // Σ|angle| of the hubs [rad]
-    double deepest_crossing = 0;     // depth of a segment left in the wall between its joints [mm]
-    std::string exchanged;           // the wire is now this one
-    std::string denied;              // what was not done, and why: one sentence
+    physics::RelaxReport relax;           // of the whole frame
+    std::vector<double> insertions;       // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;                  // Σ|angle| of the hubs [rad]
+    double deepest_crossing = 0;          // depth of a segment left in the wall between its joints [mm]
+    std::string exchanged;                // the wire is now this one
+    std::string denied;                   // what was not done, and why: one sentence
     std::vector<TreatmentEvent> treated;  // new ones
     /// Of each shaft that is another model from now on: what it is and what that leaves out, a sentence.
     std::vector<std::string> torsions;

@@ -94,16 +94,16 @@ bool Simulation::renew_vessels(std::string* said) {
     return true;
 }
 
-/// What complications and a treatment change of vessels and devices by a frame, of a chain at rest, with a part of
-/// the frame's work each.
+/// What complications and a treatment change of vessels and devices by a frame, of a chain at rest, with a
+/// part of the frame's work each.
 void Simulation::change_vessels(StepReport& report) {
     if (complications_.in_vessels()) {
         Complications before = complications_;
         const bool opens = going(complications_);
         if (complications_.step(1 / scenario_.frame_rate, moving_)) {
             settle_changed(report);
-            // Where the chain finds no rest in what they leave of the lumen they stay as they were, and the next
-            // frame tries again. What was relieved goes in any case.
+            // Where the chain finds no rest in what they leave of the lumen they stay as they were, and the
+            // next frame tries again. What was relieved goes in any case.
             if (!opens && (hub_->working() || is_lost())) {
                 complications_ = std::move(before);
                 go_back(report);
@@ -117,8 +117,8 @@ void Simulation::change_vessels(StepReport& report) {
     const bool rises = inflation && inflation->wanted > inflation->pressure;
     if (treat()) {
         settle_changed(report);
-        // A chain that finds none around a balloon that is being inflated has it as it was. One that needs more
-        // work goes on in the next frames.
+        // A chain that finds none around a balloon that is being inflated has it as it was. One that needs
+        // more work goes on in the next frames.
         if (rises && !hub_->working() && !hub_->last_report().at_rest()) {
             treatment_ = std::move(before);
             return go_back(report);

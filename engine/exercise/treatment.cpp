@@ -20,7 +20,7 @@ using physics::OpenedPlace;
 constexpr double spacing = physics::Narrowing::spacing;
 constexpr double same_place = 0.75;  // a place of a lesion and one of a device as near along the chain [mm]
 constexpr double seals = 0.97;       // of the lumen's radius, from which a balloon lets no blood by [-]
-constexpr double play = 0.05;      // of an inflated balloon in its vessel [mm]
+constexpr double play = 0.05;        // of an inflated balloon in its vessel [mm]
 constexpr double seen_step = 0.1;    // of a lumen's radius in the image [mm]
 constexpr double apart = 15;         // of two tears of a vessel [mm]
 constexpr double passes = 1;         // pressure by which a device may squeeze plaque aside [atm]
@@ -502,7 +502,8 @@ bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, 
     const BranchArc branch_arc(anatomy, branch);
     const double arcs[] = {
         arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip))),
-        arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip - bulge.length())))};
+        arc_on_branch(anatomy, branch,
+                      along.point(std::max(0.0, along.tip() - bulge.from_tip - bulge.length())))};
     const double first = std::max(std::min(arcs[0], arcs[1]) - past_ends, branch_arc.arcs.front()),
                  last = std::min(std::max(arcs[0], arcs[1]) + past_ends, branch_arc.length);
     for (double s = first; s <= last + 1e-9; s += spacing) {
@@ -513,7 +514,8 @@ bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, 
         for (std::size_t n = 0; n < lesions_.size(); ++n) {
             const std::vector<double>& places = stretches_[n].arc;
             if (lesions_[n].branch != branch || s < places.front() || s > places.back()) continue;
-            const auto k = std::min(static_cast<std::size_t>((s - places.front()) / spacing), places.size() - 2);
+            const auto k =
+                std::min(static_cast<std::size_t>((s - places.front()) / spacing), places.size() - 2);
             const double t = std::clamp((s - places[k]) / spacing, 0.0, 1.0);
             const auto& opened = lesions_[n].places;
             lumen = std::min(lumen, (1 - t) * opened[k].radius + t * opened[k + 1].radius);

@@ -29,10 +29,10 @@ struct Inflation {
     bool burst = false;
     bool deployed = false;           // its stent has begun to leave it
     std::vector<double> radii = {};  // of the balloon at each of its samples, as of physics::Bulge [mm]
-    /// What an inflated balloon leaves its catheter of the lumen around it: a tube along the vessel's axis, as much
-    /// narrower than the lumen as the balloon is wider than folded.
+    /// What an inflated balloon leaves its catheter of the lumen around it: a tube along the vessel's axis,
+    /// as much narrower than the lumen as the balloon is wider than folded.
     std::vector<physics::Narrowing::Sample> sleeve = {};
-    int plugs = -1;                  // branch of the anatomy in which it lets no blood by; -1 = none
+    int plugs = -1;  // branch of the anatomy in which it lets no blood by; -1 = none
     geometry::Vec3 plug = geometry::Vec3::Zero();  // where [mm]
 
     bool inflated() const { return !burst && pressure > 0; }

@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <cassert>
-#include <numbers>
 
 #include "physics/wall/opening.h"
 
@@ -52,23 +50,6 @@ double BalloonLaw::diameter(double pressure) const {
 double BalloonLaw::wall_pressure(double diameter) const {
     if (diameter <= profile) return 0;
     return line_at(*this, [diameter](const Row& row) { return diameter < row.diameter; }).pressure(diameter);
-}
-
-double BalloonLaw::energy(double diameter) const {
-    double sum = 0, from = profile;
-    const auto up_to = [&](double to) {
-        to = std::min(to, diameter);
-        if (to <= from) return;
-        // The pressure is linear in between, times the diameter quadratic: Simpson's rule is exact.
-        const double middle = 0.5 * (from + to);
-        sum += (to - from) / 6 *
-               (wall_pressure(from) * from + 4 * wall_pressure(middle) * middle + wall_pressure(to) * to);
-        from = to;
-    };
-    up_to(unfolded_row(*this).diameter);
-    for (const Row& row : table) up_to(row.diameter);
-    up_to(diameter);
-    return 0.5 * std::numbers::pi * sum;
 }
 
 }  // namespace physics

@@ -53,7 +53,7 @@ struct Weights {
 
 /// Of what is known at samples.
 struct Mean {
-    Vec3 at = Vec3::Zero(), centre = Vec3::Zero();  // of the vessel, of the tube [mm]
+    Vec3 at = Vec3::Zero(), centre = Vec3::Zero();       // of the vessel, of the tube [mm]
     double radius = 0, lumen = 0, gives = 0, wider = 0;  // [mm]
 
     Mean(std::span<const Sample> samples, const Weights& weights) {

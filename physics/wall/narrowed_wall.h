@@ -24,7 +24,7 @@ struct Narrowing {
         double shear = 0;     // that what fills the tube bears before it slips on a device [N/mm²]
         double pressure = 0;  // of a tube that would be narrower than the device in it [N/mm²]
         double gives = 0;     // by which a device may widen the tube's radius where it comes to it [mm]
-        double wider = 0;     // than the vessel's, by which the lumen is in the image; devices do not know [mm]
+        double wider = 0;  // than the vessel's, by which the lumen is in the image; devices do not know [mm]
 
         bool operator==(const Sample&) const = default;
         void state(StateStream& s) { s(at, aside, radius, lumen, shear, pressure, gives, wider); }
@@ -40,7 +40,8 @@ struct Narrowing {
         double radius = 0, free = 0;
     };
     bool depth(const Vec3& x, double joint, Depth&) const;
-    /// How far a place on the vessel's wall lies outside the tube, and the way in; outward where it is wider [mm].
+    /// How far a place on the vessel's wall lies outside the tube, and the way in; outward where it is wider
+    /// [mm].
     Vec3 inward(const Vec3& x) const;
     /// Shear and pressure there [N/mm²].
     std::pair<double, double> holds_with(const Vec3& x) const;

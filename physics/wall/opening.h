@@ -31,8 +31,6 @@ struct BalloonLaw {
     /// The pressure that its own wall bears at a diameter; 0 when folded. What it is inflated with beyond
     /// that presses on what holds it there [atm].
     double wall_pressure(double diameter) const;
-    /// ∫ wall_pressure dA from folded to a diameter, per length [atm·mm²].
-    double energy(double diameter) const;
     void state(geometry::StateStream& s) { s(profile, table); }
 };
 

@@ -117,8 +117,8 @@ struct RestTurn {
 /// Length from the distal end beyond which a device is straight and uniform [mm].
 double varying_length(const DeviceSpec&);
 
-/// A part of a device that is wider and stiffer than the rest, and changes: a balloon. On the chain it is as wide as
-/// when it is folded: what an inflated one may not do in its vessel is for the wall to say.
+/// A part of a device that is wider and stiffer than the rest, and changes: a balloon. On the chain it is as
+/// wide as when it is folded: what an inflated one may not do in its vessel is for the wall to say.
 struct Bulge {
     double from_tip = 0;                  // of the device, to the first of `radii` [mm]
     std::vector<double> radii;            // `spacing` apart toward the hub [mm]

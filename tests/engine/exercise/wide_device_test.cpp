@@ -164,7 +164,8 @@ TEST(WideDevices, AWireInExchangeIsThinnerThanTheCatheterThatItNeeds) {
                                  "[catheter]\ndevice = \"" + catheter.stem().string() + "\"\n");
         for (const auto& wire : files) {
             try {
-                const scenario::Device device = device_of_catalogue(script::DeviceRole::Wire, wire.stem().string(), s);
+                const scenario::Device device =
+                    device_of_catalogue(script::DeviceRole::Wire, wire.stem().string(), s);
                 EXPECT_LT(0.5 * device.outer_diameter, s.thickest_radius()) << wire;
                 ++fit;
             } catch (const io::InputError&) {
