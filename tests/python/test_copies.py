@@ -19,6 +19,8 @@ COPIES = {"deepcopy": copy.deepcopy, "copy": copy.copy, "pickle": lambda thing: 
 
 
 def same(a, b):
+    if isinstance(a, np.ndarray) and a.dtype.names:
+        return a.dtype == b.dtype and all(same(a[name], b[name]) for name in a.dtype.names)
     if isinstance(a, np.ndarray):
         return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
     return a == b or (a != a and b != b)
