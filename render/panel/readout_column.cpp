@@ -350,7 +350,9 @@ void draw_balloon(Canvas& canvas, const Box& area, const Readout& r) {
         row(canvas, area, y + 17.0f, "Inflated", clock_text(b.seconds));
         y += 34.0f;
     }
-    if (b.stent) row(canvas, area, y, "Stent", stent_text(b));
+    if (b.stent)
+        canvas.text({area.left, y}, stent_text(b), Face::Plain, palette::value, Align::Left,
+                    area.right - area.left);
 }
 
 float balloon_height(const Readout::Balloon& b) {

@@ -16,7 +16,10 @@ using script::DeviceRole;
 class Seen : public Exercise {
 public:
     explicit Seen(const scenario::Device& device) : Exercise(test::scenario_to_treat(device), true) {
-        does({script::Beam{true}});
+        script::MoveArm near;
+        near.detector_width = 60;
+        near.isocentre = simulation().tip_of(DeviceRole::Balloon).at;
+        does({near, script::Beam{true}});
     }
     void does(const std::vector<script::Command>& commands, int more_frames = 0) {
         next_frame(commands);
@@ -39,10 +42,11 @@ TEST(TreatmentImage, ABalloonShowsItsBandsAndWhatFillsIt) {
     const PulsedTube& filling = exercise.pulse().devices[1].filling[0];
     EXPECT_EQ(filling.joints.size(), filling.radii.size());
     EXPECT_NEAR(std::ranges::max(filling.radii), 2.0, 0.1);
-    EXPECT_GT(exercise.shadowed(), folded + 20);
+    const long inflated = exercise.shadowed();
+    EXPECT_GT(inflated, folded + 40);
     exercise.does({script::Deflate{}}, 120);
     EXPECT_TRUE(exercise.pulse().devices[1].filling.empty());
-    EXPECT_EQ(exercise.shadowed(), folded);
+    EXPECT_LT(exercise.shadowed(), inflated - 40);
     EXPECT_FALSE(exercise.truth({}).stents);
 }
 
@@ -60,10 +64,10 @@ TEST(TreatmentImage, AStentShowsOnItsBalloonAndWhereItWasLeft) {
         return most;
     };
     ASSERT_EQ(exercise.pulse().stents.size(), 1u);
-    EXPECT_LT(widest(), 1.0) << "crimped";
+    EXPECT_LT(widest(), 1.3) << "crimped, between joints";
     exercise.does({script::Deploy{}}, 120);
     ASSERT_EQ(exercise.pulse().stents.size(), 1u);
-    EXPECT_GT(widest(), 1.5);
+    EXPECT_GT(widest(), 1.6);
     exercise.does({script::Deflate{}}, 120);
     exercise.does({script::Remove{DeviceRole::Balloon}}, 60);
     ASSERT_EQ(exercise.pulse().stents.size(), 1u);
