@@ -19,6 +19,13 @@ bool moves(const StepReport& report) {
            std::ranges::any_of(report.insertions, [](double insertion) { return insertion != 0; });
 }
 
+/// Whether a balloon's pressure changes, or a stent leaves its sheath: what has to be watched.
+bool treats(const Simulation& simulation) {
+    const Inflation* inflation = simulation.treatment().inflation();
+    return inflation &&
+           (inflation->pressure != inflation->wanted || inflation->uncovered < inflation->to_uncover);
+}
+
 /// Both ways [mm].
 double asked_feed(std::span<const script::Command> commands) {
     double sum = 0;
@@ -144,7 +151,7 @@ void Handling::observe(const Frame& frame) {
          moving && beam && console.mode() == script::ImagingMode::Roadmap && map_ < pulses_of_a_map);
 
     const bool useful =
-        moving || !beam || simulation.contrast().injecting() ||
+        moving || !beam || simulation.contrast().injecting() || treats(simulation) ||
         std::ranges::any_of(frame.commands, [](const auto& command) {
             return !std::holds_alternative<script::Beam>(command) && !script::is_of_teacher(command);
         });

@@ -362,6 +362,8 @@ void Scorer::observe_target(const Frame& frame) {
     // Half a frame of slack: sums of 1/rate do not add up exactly.
     if (score_.completed || time - *on_target_since_ < hold_ - 0.5 * frame_time_) return;
     if (!first_motion_) return;  // without an action, nothing counts as reached
+    const std::optional<double>& residual = frame.simulation.scenario().target.residual;
+    if (residual && !frame.simulation.treatment().has_opened(*residual)) return;
     score_.completed = true;
     score_.completed_after = time;
     score_.completion_time = time - *first_motion_;

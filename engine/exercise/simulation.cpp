@@ -362,8 +362,9 @@ bool Simulation::may_begin(const StepReport& report, int things) const {
 }
 
 void Simulation::move_hub(StepReport& report) {
-    // Vessels open around a chain that finds no rest, too: from its last one, in wider vessels.
-    if (hub_->working() && going(complications_)) {
+    // Vessels open, and balloons deflate, around a chain that finds no rest, too: from its last one, in wider
+    // vessels.
+    if (hub_->working() && (going(complications_) || treatment_.deflates())) {
         hub_->wall_has_changed();
         moving_ = wire_;
     }
@@ -512,6 +513,8 @@ void Simulation::show_rest(StepReport& report) {
     if (!is_lost()) return show();
     moving_ = wire_;
     rounds_of_mending_ = rounds_of_mending;
+    // Around a balloon there may be none yet: the next frame goes on with it from the last rest.
+    if (treatment_.given()) return hub_->wall_has_changed();
     account(hub_->settle(moving_, 2 * moving_.segments()), report);
 }
 

@@ -632,6 +632,15 @@ std::vector<blood::Obstruction> Treatment::obstructions() const {
     return made;
 }
 
+bool Treatment::has_opened(double residual) const {
+    if (inflation() && inflation()->inflated()) return false;
+    return std::ranges::all_of(lesions_, [residual](const Lesion& lesion) {
+        return std::ranges::all_of(lesion.places, [residual](const OpenedPlace& place) {
+            return place.radius >= (1 - residual / 100) * place.reference;
+        });
+    });
+}
+
 Treatment Treatment::as_seen() const {
     Treatment seen = *this;
     for (Inflation& inflation : seen.inflation_) inflation.sleeve.clear();

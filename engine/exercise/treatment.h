@@ -159,6 +159,8 @@ public:
     Treatment as_seen() const;
 
     std::span<const Lesion> lesions() const { return lesions_; }
+    /// Whether no lesion has lost more of its diameter than this, with no balloon inflated [percent].
+    bool has_opened(double residual) const;
     const BranchStretch& stretch_of(const Lesion& lesion) const {
         return stretches_[static_cast<std::size_t>(&lesion - lesions_.data())];
     }
@@ -166,6 +168,11 @@ public:
     const Inflation* inflation() const { return inflation_.empty() ? nullptr : &inflation_.front(); }
     std::span<const TreatmentEvent> events() const { return events_; }
     const InflationTally& tally() const { return tally_; }
+    /// Whether a balloon is on its way to be folded, or to a lower pressure.
+    bool deflates() const {
+        return inflation() && (inflation()->wanted < inflation()->pressure ||
+                               (inflation()->pressure == 0 && !inflation()->sleeve.empty()));
+    }
     /// Whether a balloon lets no blood by.
     bool occluded() const { return inflation() && inflation()->plugs >= 0; }
 

@@ -28,8 +28,13 @@ Lines briefing(const scenario::Scenario& s) {
                                : name == s.target.name ? name
                                                        : "the " + name;
     lines.emplace_back(
-        "Task", fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.",
-                            script::name_of(s.target.device), target, s.target.radius, s.target.hold));
+        "Task",
+        fmt::format("Bring the tip of the {} to {} (within {:g} mm) and hold it there for {:g} s.{}",
+                    script::name_of(s.target.device), target, s.target.radius, s.target.hold,
+                    s.target.residual ? fmt::format(" Open the narrow place to {:g} % of the vessel or more, "
+                                                    "and empty the balloon.",
+                                                    100 - *s.target.residual)
+                                      : ""));
     lines.emplace_back("Access", anatomy::clinical_end(s.entry.end));
     for (const scenario::PlacedDevice& placed : s.devices)
         lines.emplace_back("Device", fmt::format("{}, {}: {:.0f} mm inside", placed.name(),

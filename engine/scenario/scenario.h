@@ -101,6 +101,9 @@ struct Target {
     double radius = 3;                     // the tip is on target within this [mm]
     double hold = 0.5;                     // and must stay so long [s]
     script::DeviceRole device = script::DeviceRole::Wire;  // whose tip it is
+    /// And no lesion may have more of its diameter left to open than this, with its balloon empty; empty = it
+    /// is the tip alone that counts [percent].
+    std::optional<double> residual = {};
 };
 
 struct Imaging {

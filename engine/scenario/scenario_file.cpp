@@ -560,15 +560,18 @@ void read_sections(const toml::table& root, const std::filesystem::path& catalog
     read_tissue(top.section("tissue", false), s.tissue);
     read_injury(top.section("injury", false), s.injury);
     read_relaxer(top.section("relaxer", false), s);
+    read_lesions(top, s);
     io::Section target = top.section("target", true);
     target.word("name", s.target.name);
     if (Vec3 centre; target.point("centre_mm", centre, 1e4)) s.target.centre = centre;
     target.number("radius_mm", s.target.radius, {0.1, 100});
     target.number("hold_s", s.target.hold, {0, 60});
+    if (const toml::node* node = target.find("residual_percent"); node && s.lesions.empty())
+        target.refuse("residual_percent", *node, "expected it only with a [[lesion]], found none");
+    target.number("residual_percent", s.target.residual, {0, 100});
     if (const auto tip = target.choice("device", script::device_names()))
         s.target.device = static_cast<script::DeviceRole>(*tip);
     target.finish();
-    read_lesions(top, s);
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);
     read_patient(top.section("patient", false), reading.file, s);
