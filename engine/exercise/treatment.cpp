@@ -596,7 +596,8 @@ std::vector<physics::Narrowing> Treatment::narrowings() const {
             if (part > 0) {
                 sample.aside = aside_of(spec, stretch, k, closed);
                 sample.lumen += spec.eccentricity * closed;
-                if (place.contact == 0)
+                // A device that squeezes it aside is held; what a stent holds presses on no device.
+                if (place.contact == 0 && place.radius <= place.device + 1e-6)
                     sample.pressure = physics::atmosphere * plaque.pressure(place, place.radius);
                 sample.gives = place.reference * std::min(passes, plaque.yield) / plaque.stiffness;
             }
