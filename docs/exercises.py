@@ -182,6 +182,13 @@ def vessels_text(scenario):
     return "; ".join([text, *disease(scenario["anatomy"])])
 
 
+def opened_text(target):
+    """What a lesion must have become."""
+    if "residual_percent" not in target:
+        return ""
+    return f"; the narrow place open to {plain(100 - target['residual_percent'])} % of the vessel or more, the balloon empty"
+
+
 def target_text(target):
     device = target.get("device", "wire")
     where = f"the target in the {clinical(target['name'])}" if "name" in target else \
@@ -276,7 +283,7 @@ def page(name, benchmark, known, way):
            lesson.get("briefing", "").strip(), "",
            "| | |", "| --- | --- |", f"| vessels | {vessels_text(scenario)} |",
            f"| introducer | {clinical(scenario['entry']['end'])}, {plain(scenario['entry'].get('inserted_mm', 60))} mm of wire inside |",
-           f"| reached | {target_text(scenario['target'])} |"]
+           f"| reached | {target_text(scenario['target'])}{opened_text(scenario['target'])} |"]
     if found := list(limits(scenario)):
         out.append(f"| limits | {', '.join(found)} |")
     if moves := motion_text(scenario.get("motion", {})):

@@ -109,7 +109,8 @@ TEST_F(TreatmentByKeys, WhatIsNotToBeDoneIsSaidAndNoCommandIsGiven) {
 TEST_F(TreatmentByKeys, ALessonCountsWhatCameOfTheKeys) {
     const auto effects_in = [&](const Input& input) {
         const Situation before = situation_of(simulation(), hands.grasp());
-        const exercise::Frame made = exercise.next_frame(commands(input));
+        const std::vector<script::Command> given = commands(input);  // a frame refers to them
+        const exercise::Frame made = exercise.next_frame(given);
         const Situation after = situation_of(simulation(), hands.grasp());
         return effects_of(before, after, input, made, map, false);
     };
