@@ -312,6 +312,10 @@ Vec3 Foundation::at(const Displacement& of, int station, const Vec3& x) const {
     return sum;
 }
 
+const Station& Foundation::station(int station) const {
+    return data_->tree.stations()[static_cast<std::size_t>(data_->modelled(station))];
+}
+
 Vec3 Foundation::along(int station) const {
     return data_->directions[static_cast<std::size_t>(data_->modelled(station))];
 }

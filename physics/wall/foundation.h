@@ -51,6 +51,8 @@ public:
     double give(int station) const;
     /// The same of forces that all joints bear alike, each for `length` of the vessel: 1/(k_f · length).
     double give_of_many(int station, double length) const;
+    /// The nearest that there is to a station, which may be unknown.
+    const Station& station(int) const;
     /// Direction of the vessel, over a radius to both sides; unit.
     Vec3 along(int station) const;
     /// Whether the vessel there has no bending stiffness of its own, so that a force moves no neighbour.

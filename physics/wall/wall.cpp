@@ -1,11 +1,14 @@
 #include "physics/wall/wall.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
+
+#include "physics/wall/foundation.h"
 
 namespace physics {
 
@@ -148,25 +151,46 @@ bool LumenWall::made_way(const Vec3& x, WallContact& at, Vec3 y) const {
 
 /// The contact of one joint where its vessel makes way.
 WallContact LumenWall::yielding(const Vec3& x, const WallContact& asked) const {
+    constexpr double least_across = 0.1;  // of a normal, squared, that makes a vessel give way [-]
     if (!asked.given.isZero(0)) {
         const Vec3 y = x - Across{asked.along}(asked.given);
         WallContact c = rigid_contact(y, asked.station, asked);
         if (made_way(x, c, y)) return c;
     }
     WallContact c = rigid_contact(x, asked.station, asked);
-    if (c.touches()) {
-        const Vec3 normal = Across{asked.along}(c.normal);
-        const double k = asked.fraction * c.stiffness;
-        const double arc = asked.give * k * c.penetration / (1 + asked.give * k * normal.squaredNorm());
-        const Vec3 y = x - arc * normal;
+    if (!c.touches()) {
+        c.soften(asked.fraction);
+        return c;
+    }
+    // Where a flat wall would let the joint be. Between two vessels, where the normal all but vanishes, no
+    // farther than from one to the other.
+    const Vec3 normal = Across{asked.along}(c.normal);
+    const double k = asked.fraction * c.stiffness;
+    const double flat = 1 / k + asked.give * std::max(normal.squaredNorm(), least_across);
+    Vec3 way = asked.give * c.penetration / flat * normal;
+    if (const double size = way.norm(); size > 2 * c.penetration) way *= 2 * c.penetration / size;
+    std::optional<WallContact> best;
+    const auto look_from = [&](const Vec3& y) {
+        constexpr double lower = 1 - 1e-6;
         WallContact there = rigid_contact(y, c.station, asked);
-        if (made_way(x, there, y)) return there;
+        if (made_way(x, there, y) && (!best || there.penetration < lower * best->penetration)) best = there;
+    };
+    look_from(x - way);
+    // From within the lumen too, where the wall is known: beside it there may be another place, that is none.
+    if (foundation_ && c.station >= 0) {
+        constexpr double within = 0.8;  // of its wall [mm]
+        const Station& station = foundation_->station(c.station);
+        const Vec3 out = Across{asked.along}(Vec3(x - station.centre));
+        const double keep = std::max(0.5 * station.radius, station.radius - within);
+        if (const double size = out.norm(); size > keep) look_from(x - (1 - keep / size) * out);
     }
-    c.soften(asked.fraction);
-    if (c.touches()) {  // along the normal that the wall has for it
-        c.stiffness = 1 / (1 / c.stiffness + asked.give);
-        c.given = asked.give * c.force() * Across{asked.along}(c.normal);
-    }
+    if (best) return *best;
+    // No place: as of that flat wall, whose energy is penetration²/(2 flat).
+    const double scale = std::sqrt((1 / k + asked.give) / flat);
+    c.penetration *= scale, c.normal *= scale, c.curvature *= scale;
+    c.stiffness = 1 / (1 / k + asked.give);
+    c.stiffening.setZero();
+    c.given = way;
     return c;
 }
 

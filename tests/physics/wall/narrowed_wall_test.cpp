@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "physics/wall/foundation.h"
 #include "physics/wall/tube_wall.h"
 #include "tests/finite_difference.h"
 #include "tests/physics/wires.h"
@@ -163,4 +164,42 @@ TEST(NarrowedWall, HoldsADeviceByWhatFillsItOnlyWithinIt) {
     EXPECT_EQ(wall.holds(on_axis(30) + 5 * outward(30), 0.5, 0), 0);
     EXPECT_EQ(wall.holds(on_axis(3), 0.5, 0), 0);
     EXPECT_LT(ask(wall, on_axis(30) + 1.5 * outward(30)).penetration, 0);
+}
+
+/// A joint that has pushed its vessel aside by more than a narrow tube in it is wide is still in that tube:
+/// its first question, from where the tube is not, finds the place that every later one finds again.
+TEST(NarrowedWall, AVesselMakesWayForAJointBeyondItsTubeAsItDoesWhenAskedAgain) {
+    constexpr double radius = 2.0, joint = 0.25;
+    Polyline axis;
+    for (double s = 0; s <= 60; s += 0.25) axis.push_back(on_axis(s));
+    const CentrelineBranch branch{"tube", -1, -1, axis, std::vector<double>(axis.size(), radius)};
+    const Tissue tissue;
+    const auto vessel = std::make_shared<TubeWall>(axis, radius, 20.0, joint);
+    vessel->lie_in(std::make_shared<Foundation>(std::span(&branch, 1), std::span(&tissue, 1)));
+    NarrowedWall wall(vessel, joint);
+    wall.narrow({narrowing()});
+    for (unsigned seed = 1; seed <= 4000; ++seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> unit(0, 1);
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const double s = 16 + 28 * unit(random), angle = 2 * M_PI * unit(random);
+        const Vec3 way = std::cos(angle) * outward(s) + std::sin(angle) * Vec3::UnitZ();
+        const Vec3 x = on_axis(s) + (1 + 3 * unit(random)) * way;
+        WallContact first;
+        first.station = static_cast<int>(std::lround(s / 0.25));
+        first.give = std::pow(10, 3 * unit(random) - 0.3);
+        first.along = Vec3::UnitZ().cross(outward(s));
+        const WallContact asked = first;
+        wall.contacts({&x, 1}, {&first, 1});
+        if (!first.touches()) continue;
+        // The vessel goes with the joint, which is nowhere deeper in the wall than the force there explains.
+        const Vec3 y = x - first.given;
+        EXPECT_LT((y - on_axis(s)).norm(), radius + 0.1) << s;
+        const double pressed = first.force() * first.normal.norm();
+        EXPECT_NEAR(20 * std::max(0.0, ask(wall, y).penetration), pressed, 0.05 + 0.1 * pressed) << s;
+        WallContact again = asked;
+        again.given = first.given;
+        wall.contacts({&x, 1}, {&again, 1});
+        EXPECT_NEAR(again.energy(), first.energy(), 1e-6 * first.energy() + 1e-12) << s;
+    }
 }
