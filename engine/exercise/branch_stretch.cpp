@@ -16,16 +16,13 @@ using geometry::Vec3;
 
 constexpr std::size_t open_ends = 2;  // samples at either end where the tube is wider than any vessel
 constexpr double past_ends = 4;       // samples go on past the stretch's ends by this [mm]
-constexpr double from_origin = 0.5;   // of the radius: nearer to its origin a branch is left open [-]
 constexpr double shortest = 3;        // of what is left of a stretch in its branch [mm]
 constexpr double shoulder = 0.25;     // of its length, in which it opens to either side [-]
 constexpr double untouched = 0.1;     // between the lumen and a tube that does nothing [mm]
 
-/// Where a stretch begins and ends, from the branch's origin: not in the mouth of its parent.
+/// Where a stretch begins and ends, from the branch's origin.
 std::pair<double, double> extent(const BranchArc& branch_arc, double at, double over) {
-    const double first =
-        branch_arc.branch.parent < 0 ? branch_arc.arcs.front() : from_origin * branch_arc.radius(0);
-    return {std::max(at - 0.5 * over, first), std::min(at + 0.5 * over, branch_arc.length)};
+    return {std::max(at - 0.5 * over, branch_arc.begin()), std::min(at + 0.5 * over, branch_arc.length)};
 }
 
 double smooth(double t) {

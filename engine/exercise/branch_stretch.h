@@ -32,6 +32,11 @@ struct BranchArc {
         const double step = arcs[i + 1] - arcs[i];
         return {i, step > 0 ? std::clamp((s - arcs[i]) / step, 0.0, 1.0) : 0.0};
     }
+    /// Where it begins: past the mouth of its parent, in which its axis has another vessel's wall [mm].
+    double begin() const {
+        constexpr double mouth = 0.5;  // of the radius [-]
+        return branch.parent < 0 ? arcs.front() : mouth * radius(0);
+    }
     geometry::Vec3 point(double s) const {
         const auto [i, t] = at(s);
         return (1 - t) * branch.points[i] + t * branch.points[i + 1];

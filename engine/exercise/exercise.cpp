@@ -208,8 +208,9 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
         TrueStent& made = truth.placed_stents.emplace_back();
         made.device = stent.device;
         made.attached = stent.attached;
-        made.distal = simulation.place_now(stent.samples.front().at);
-        made.proximal = simulation.place_now(stent.samples.back().at);
+        const geometry::Polyline axis = simulation.axis_now(stent);
+        made.distal = axis.front();
+        made.proximal = axis.back();
         for (const PlacedStent::Sample& sample : stent.samples)
             made.radii.push_back(std::min(sample.place.stent, sample.place.radius));
     }

@@ -171,7 +171,12 @@ void Handling::observe(const Frame& frame) {
     note(HandlingError::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
 
     const double force = physics::largest_force(simulation.contacts());
-    note(HandlingError::HardPress, frame, force > limits_.force, force);
+    // A balloon that is inflated presses on the wall, and its figures are the treatment's; until the chain
+    // has come to rest without it, so does what is shown.
+    const Treatment& treatment = simulation.treatment();
+    const bool filled = treatment.inflation() &&
+                        (treatment.inflation()->inflated() || treatment.deflates() || report.settling);
+    note(HandlingError::HardPress, frame, !filled && force > limits_.force, force);
     note_injuries(frame);
 
     const double distance = simulation.tip_to_target(), radius = simulation.scenario().target.radius;

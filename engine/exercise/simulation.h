@@ -193,6 +193,8 @@ public:
     geometry::Vec3 vessel_shift() const;
     /// Where a place that anatomy() and wire() have is now, with the heart's and the breath's motion there.
     geometry::Vec3 place_now(const geometry::Vec3&) const;
+    /// Axis of a stent now, which goes with its vessel [mm].
+    geometry::Polyline axis_now(const PlacedStent&) const;
 
     /// How far besides vessel_shift() the vessels are where devices have pushed them and a heart has carried
     /// them, at each node of contrast() and at each node of the distal arteries of the image, which go with
@@ -334,6 +336,7 @@ private:
     void retrieve_sheath(double length);
     void prepare_balloon(physics::Chain&) const;
     bool treat();
+    physics::Chain among_unmoved_vessels() const;
     void follow_events(std::size_t from, StepReport&);
     void relieve_stented();
     void keep_readings(const StepReport&);

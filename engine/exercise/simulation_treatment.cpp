@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/organs.h"
 #include "engine/exercise/simulation.h"
+#include "physics/wall/foundation.h"
 
 namespace exercise {
 
@@ -67,10 +68,34 @@ void Simulation::prepare_balloon(physics::Chain& chain) const {
     physics::assign(chain);
 }
 
+/// The chain, at rest, where it would lie in vessels that it had not pushed aside.
+physics::Chain Simulation::among_unmoved_vessels() const {
+    physics::Chain chain = moving_;
+    const auto by = displacement();
+    if (!by) return chain;
+    for (std::size_t j = 0; j < chain.joints.size(); ++j)
+        chain.joints[j] -= wall_->foundation()->at(*by, chain.stations[j], moving_.joints[j]);
+    for (std::size_t i = 1; i < chain.joints.size(); ++i)
+        chain.tangents[i] = (chain.joints[i] - chain.joints[i - 1]).normalized();
+    return chain;
+}
+
+geometry::Polyline Simulation::axis_now(const PlacedStent& stent) const {
+    geometry::Polyline axis;
+    const auto by = displacement();
+    for (const PlacedStent::Sample& sample : stent.samples) {
+        axis.push_back(place_now(sample.at));
+        if (!by) continue;
+        const physics::Foundation& foundation = *wall_->foundation();
+        axis.back() += foundation.at(*by, foundation.tree().locate(sample.at, -1), sample.at);
+    }
+    return axis;
+}
+
 /// By a frame. Whether vessels or devices are others now.
 bool Simulation::treat() {
     const int which = balloon();
-    if (!treatment_.step(1 / scenario_.frame_rate, frames_, moving_, which,
+    if (!treatment_.step(1 / scenario_.frame_rate, frames_, among_unmoved_vessels(), which,
                          which < 0 ? nullptr : &devices_[which].device, contrast_->blood(), *anatomy_))
         return false;
     prepare_balloon(moving_);

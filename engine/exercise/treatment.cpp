@@ -497,15 +497,20 @@ bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, 
     bulge.from_tip = along.balloon()->from_tip - along.balloon()->cone;
     bulge.radii = now.radii;
     if (branch < 0 || *std::ranges::max_element(now.radii) < folded + seen_step) return !before.empty();
-    constexpr double past_ends = 4;  // [mm]
+    constexpr double past_ends = 6;  // [mm]
     constexpr double open = 1.3;     // of the lumen's radius, where a tube touches nothing [-]
+    constexpr double funnel = 1;     // by which it widens past the balloon's ends, and in the parent [mm/mm]
     const BranchArc branch_arc(anatomy, branch);
     const double arcs[] = {
         arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip))),
         arc_on_branch(anatomy, branch,
                       along.point(std::max(0.0, along.tip() - bulge.from_tip - bulge.length())))};
-    const double first = std::max(std::min(arcs[0], arcs[1]) - past_ends, branch_arc.arcs.front()),
-                 last = std::min(std::max(arcs[0], arcs[1]) + past_ends, branch_arc.length);
+    // At whole millimetres, so that it stays where it is while the balloon does.
+    const double from = std::max(std::min(arcs[0], arcs[1]), branch_arc.begin()),
+                 to = std::max(arcs[0], arcs[1]);
+    const double first =
+                     std::max(spacing * std::floor((from - past_ends) / spacing), branch_arc.arcs.front()),
+                 last = std::min(to + past_ends, branch_arc.length);
     for (double s = first; s <= last + 1e-9; s += spacing) {
         physics::Narrowing::Sample sample;
         sample.at = branch_arc.point(s);
@@ -525,12 +530,21 @@ bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, 
         const double blown = std::isnan(arc) ? 0.0 : std::max(folded, bulge.radius(along.tip() - arc));
         const double wider = std::max(0.0, blown - folded);
         const double part = std::clamp(wider / std::max(1e-6, lumen - folded), 0.0, 1.0);
-        sample.radius = std::max(lumen - wider, folded) + play + (1 - part) * (open - 1) * sample.lumen;
+        sample.radius = std::max(lumen - wider, folded) + play + (1 - part) * (open - 1) * sample.lumen +
+                        funnel * std::max({0.0, from - s, s - to});
         now.sleeve.push_back(sample);
     }
-    // Its ends are open, as those of a lesion.
-    for (std::size_t k = 0; k < now.sleeve.size(); ++k)
-        if (k < 2 || k + 2 >= now.sleeve.size()) now.sleeve[k].radius += 2 * now.sleeve[k].lumen;
+    // Where the branch ends first it is open.
+    if (now.sleeve.empty()) return !before.empty();
+    for (physics::Narrowing::Sample* end : {&now.sleeve.front(), &now.sleeve.back()})
+        end->radius = std::max(end->radius, 3 * end->lumen);
+    // A balloon that rests must not chase the tube that it makes.
+    constexpr double shows = 0.02;  // [mm]
+    for (physics::Narrowing::Sample& sample : now.sleeve)
+        for (const physics::Narrowing::Sample& old : before)
+            if (old.at == sample.at && (old.aside - sample.aside).norm() < shows &&
+                std::abs(old.radius - sample.radius) < shows)
+                sample = old;
     return now.sleeve != before;
 }
 

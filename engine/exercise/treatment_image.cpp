@@ -93,12 +93,11 @@ void add_crimped(const Inflation& inflation, const scenario::Device& device, con
 void show_treatment(const Simulation& simulation, Pulse& pulse) {
     const Treatment& treatment = simulation.treatment();
     for (const PlacedStent& stent : treatment.stents()) {
-        Polyline axis;
+        Polyline axis = simulation.axis_now(stent);
+        for (Vec3& place : axis) place -= simulation.vessel_shift();
         std::vector<double> radii;
-        for (const PlacedStent::Sample& sample : stent.samples) {
-            axis.push_back(simulation.place_now(sample.at) - simulation.vessel_shift());
+        for (const PlacedStent::Sample& sample : stent.samples)
             radii.push_back(std::max(stent.spec.strut, sample.place.stent - 0.5 * stent.spec.strut));
-        }
         if (axis.size() > 1) pulse.stents.push_back(stent_of(stent.spec, axis, radii));
     }
     const Inflation* const inflation = treatment.inflation();
