@@ -67,6 +67,17 @@ Json balloon_of(const render::Readout::Balloon& b) {
             {"nominal", b.nominal && b.rated ? number(*b.nominal / *b.rated) : Json()}};
 }
 
+/// Of the last seconds, and the ends of their scales.
+Json curves_of(const render::Readout& r) {
+    const auto curve = [](const std::vector<double>& values, double low, double high) {
+        Json made = Json::array();
+        for (const double value : values) made.push_back(number(value));
+        return Json{{"values", made}, {"low", low}, {"high", high}};
+    };
+    return {{"pressure", curve(r.pressure_history, 0, render::pressure_scale(r))},
+            {"ecg", curve(r.ecg_history, render::ecg_low, render::ecg_high)}};
+}
+
 Json marks_of(const render::Readout& r) {
     const render::ImageMarks at =
         r.image.value_or(render::ImageMarks{r.mode, r.lao, r.cranial, {}, {}, {}, r.frame, {}});
@@ -139,12 +150,14 @@ Json readout_of(const render::Readout& r) {
          r.field_of_view && r.sod && r.sid ? number(*r.field_of_view * *r.sod / *r.sid) : Json()},
         {"marks", marks_of(r)}};
     if (r.balloon) made["balloon"] = balloon_of(*r.balloon);
-    if (!r.pressure_of.empty())
+    if (!r.pressure_of.empty()) {
+        made["curves"] = curves_of(r);
         made["groups"].push_back(
             {{"title", "Pressure"},
              {"rows", rows({{"Of the " + r.pressure_of, render::pressure_text(r) + " mmHg"},
                             {"Now", with_unit(r.pressure, 0, "mmHg")},
                             {"Heart", with_unit(r.heart_rate, 0, "/min")}})}});
+    }
     return made;
 }
 

@@ -108,6 +108,13 @@ std::string pressure_text(const Readout& r) {
            figure_text(r.mean_pressure, 0) + ")";
 }
 
+double pressure_scale(const Readout& r) {
+    double highest = 150;
+    for (const double pressure : r.pressure_history)
+        if (std::isfinite(pressure)) highest = std::max(highest, pressure);
+    return highest;
+}
+
 std::string clock_text(std::optional<double> time) {
     if (!time || !(*time >= 0.0 && *time < 1e6)) return dash;
     const auto seconds = static_cast<long>(*time);

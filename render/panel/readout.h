@@ -145,6 +145,10 @@ std::string balloon_width_text(const Readout::Balloon&);
 std::string stent_text(const Readout::Balloon&);
 /// "118/79 (92)" of a beat, "--" when not known.
 std::string pressure_text(const Readout&);
+/// Upper end of the scale on which the curve of pressure is drawn [mmHg].
+double pressure_scale(const Readout&);
+/// Lower and upper end of that of the electrocardiogram [mV].
+inline constexpr double ecg_low = -0.4, ecg_high = 1.1;
 std::string clock_text(std::optional<double> time);  // [s] to "4:18" or "1:02:07", "--" when missing
 
 /// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where

@@ -372,10 +372,8 @@ void draw_pressure(Canvas& canvas, const Box& area, const Readout& r) {
     canvas.box(well, palette::well, 2.0f);
     canvas.frame(well, palette::rule, 2.0f);
     canvas.clip(well);
-    double highest = 150;
-    for (const double pressure : r.pressure_history)
-        if (std::isfinite(pressure)) highest = std::max(highest, pressure);
-    curve(canvas, {well.left, well.top, well.right, well.top + 30.0f}, r.ecg_history, -0.4, 1.1,
+    const double highest = pressure_scale(r);
+    curve(canvas, {well.left, well.top, well.right, well.top + 30.0f}, r.ecg_history, ecg_low, ecg_high,
           palette::good);
     curve(canvas, {well.left, well.top + 30.0f, well.right, well.bottom}, r.pressure_history, 0, highest,
           palette::alarm);

@@ -77,6 +77,23 @@ function drawArm(canvas, fromFeet, degrees, lift, beamOn) {
     box(-5.5, 38, 5.5, 46, beamOn ? ink.beam : ink.value);
 }
 
+/** Values from left to right, broken where one is missing; beyond the scale they stay at its ends. */
+function drawCurve(c, {left, top, width, height}, {values, low, high}, colour) {
+    c.strokeStyle = colour;
+    c.lineWidth = 1.5;
+    c.beginPath();
+    let down = false;
+    values.forEach((value, k) => {
+        if (!Number.isFinite(value)) return void (down = false);
+        const x = left + 2 + k / Math.max(1, values.length - 1) * (width - 4);
+        const part = high > low ? Math.min(1, Math.max(0, (value - low) / (high - low))) : 0;
+        const y = top + height - 3 - part * (height - 6);
+        down ? c.lineTo(x, y) : c.moveTo(x, y);
+        down = true;
+    });
+    c.stroke();
+}
+
 const levelInk = (fraction) => fraction >= 1 ? ink.alarm : fraction >= 0.5 ? ink.caution : ink.calm;
 
 export class Panel {
@@ -99,6 +116,7 @@ export class Panel {
             return canvas;
         });
         this.trace = el('canvas', {class: 'trace', 'aria-hidden': 'true'});
+        this.curves = el('canvas', {class: 'trace curves', 'aria-hidden': 'true', title: 'Electrocardiogram and pressure of the last seconds'});
     }
 
     #build(readout, shape) {
@@ -109,10 +127,10 @@ export class Panel {
         };
         const groups = readout.groups.map(({title, rows}) => {
             const made = rows.map(([name]) => row(name));
-            const isArm = /c-arm/i.test(title);
+            const isArm = /c-arm/i.test(title), isPressure = /pressure/i.test(title);
             const section = el('section', {}, el('h2', {text: title}),
                 ...(isArm ? [el('div', {class: 'arms'}, ...this.arms)] : []),
-                el('dl', {}, ...made.map(([line]) => line)));
+                el('dl', {}, ...made.map(([line]) => line)), ...(isPressure ? [this.curves] : []));
             return {section, title, values: made.map(([, value]) => value)};
         });
         this.groups = groups.map(({values}) => values);
@@ -157,9 +175,15 @@ export class Panel {
                 words.style.color = fraction >= 0.5 ? levelInk(fraction) : '';
                 say(words, value == null ? '--' : `${value.toFixed(2)} N`);
             });
-            this.#drawTrace(force);
+            const {context, width, height} = sharp(this.trace);
+            drawCurve(context, {left: 0, top: 0, width, height}, {values: force.history ?? [], low: 0, high: force.limit}, ink.calm);
         }
         if (this.balloon) this.#drawBalloon(readout.balloon);
+        if (readout.curves) {
+            const {context, width, height} = sharp(this.curves), split = 0.3 * height;
+            drawCurve(context, {left: 0, top: 0, width, height: split}, readout.curves.ecg, ink.good);
+            drawCurve(context, {left: 0, top: split, width, height: height - split}, readout.curves.pressure, ink.alarm);
+        }
         const text = marks?.angles ?? '', sid = centimetresIn(readout.groups, 'SID'), sod = centimetresIn(readout.groups, 'SOD');
         const angles = [angleIn(text, ['LAO', 'RAO']), angleIn(text, ['CRAN', 'CAUD'])];
         const drawn = JSON.stringify([angles, sid, sod, readout.beamOn, this.arms[0].clientWidth]);
@@ -183,21 +207,5 @@ export class Panel {
         bar.style.transform = `scaleX(${Math.min(1, fraction ?? 0)})`;
         bar.style.background = isBeyond ? ink.alarm : fraction > nominal + 0.07 ? ink.caution : ink.calm;
         if (fraction != null) values[0].style.color = isBeyond ? ink.alarm : '';
-    }
-
-    #drawTrace({history, limit}) {
-        const {context: c, width, height} = sharp(this.trace);
-        c.strokeStyle = ink.calm;
-        c.lineWidth = 1.5;
-        c.beginPath();
-        let down = false;
-        (history ?? []).forEach((value, k) => {
-            if (!Number.isFinite(value)) return void (down = false);
-            const x = 2 + k / Math.max(1, history.length - 1) * (width - 4);
-            const y = height - 3 - Math.min(1, limit > 0 ? value / limit : 0) * (height - 6);
-            down ? c.lineTo(x, y) : c.moveTo(x, y);
-            down = true;
-        });
-        c.stroke();
     }
 }
