@@ -318,7 +318,7 @@ ask() {
         return result.out;
     };
     EXPECT_EQ(completed("re"), "replay render relax\n");
-    EXPECT_EQ(completed("run re"), "renal_right renal renal_timed renal_low_dose renal_cobra\n");
+    EXPECT_EQ(completed("run re"), "renal_right renal renal_timed renal_low_dose renal_cobra renal_stent\n");
     EXPECT_EQ(completed("run renal --fr"), "--frames\n");
     EXPECT_EQ(completed("run renal --frames ''"), "all none\n");
     EXPECT_EQ(completed("run renal --set guidewire.friction=1 --tru"), "--truth --truth-of\n");
@@ -396,7 +396,7 @@ rm offers
         return result.out;
     };
     EXPECT_EQ(completed("re"), "replay render relax\n");
-    EXPECT_EQ(completed("run re"), "renal_right renal renal_timed renal_low_dose renal_cobra\n");
+    EXPECT_EQ(completed("run re"), "renal_right renal renal_timed renal_low_dose renal_cobra renal_stent\n");
     EXPECT_EQ(completed("run renal --fr"), "--frames\n");
     EXPECT_EQ(completed("run renal --frames "), "all none\n");
     EXPECT_EQ(completed("run renal --every "), "\n");
@@ -420,7 +420,7 @@ TEST_F(Commands, AreCompletedInFish) {
         return result.out;
     };
     EXPECT_EQ(completed("re"), "relax render replay\n");
-    EXPECT_EQ(completed("run re"), "renal renal_cobra renal_low_dose renal_right renal_timed\n");
+    EXPECT_EQ(completed("run re"), "renal renal_cobra renal_low_dose renal_right renal_stent renal_timed\n");
     EXPECT_EQ(completed("run renal --fr"), "--frames\n");
     EXPECT_EQ(completed("run renal --frames "), "all none\n");
     EXPECT_EQ(completed("run renal --every "), "");

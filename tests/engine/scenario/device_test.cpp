@@ -341,7 +341,7 @@ TEST(Device, TheCataloguesBalloonsAndStentsFitItsWiresAndGuides) {
         {"v18", "pta6x20", "guidesheath6f90"},
         {"standard014", "cor25x15", "jl4guide6f"},
         {"floppy014", "cor30x15", "jr4guide6f"},
-        {"standard014", "nc30x12", "jl4guide6f"},
+        {"standard014", "nc30x15", "jl4guide6f"},
         {"floppy014", "stent30x18", "jl4guide6f"},
         {"v18", "stent6x18renal", "rdc6f"},
         {"rosen035", "stent8x38", "guidesheath6f45"},
