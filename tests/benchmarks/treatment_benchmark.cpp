@@ -1,5 +1,5 @@
-/// What a treatment costs: the step of balloon, lesions and stents, the wall and the image's lumen that
-/// follow, and whole frames of exercises without images.
+/// What a treatment costs: the step of balloon, lesions and stents, the tubes and obstructions that it
+/// leaves, and whole frames of exercises without images.
 
 #include <benchmark/benchmark.h>
 #include <string>
