@@ -10,6 +10,7 @@
 
 #include "engine/exercise/device_rules.h"
 #include "engine/io/text.h"
+#include "physics/geometry/maths.h"
 
 namespace exercise {
 namespace {

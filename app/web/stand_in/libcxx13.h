@@ -204,6 +204,23 @@ template <class R, class C = less, class P = detail::Same>
 auto max(R&& range, C compare = {}, P projection = {}) {
     return *ranges::max_element(range, compare, projection);
 }
+template <class T>
+struct minmax_result {
+    T min, max;
+};
+template <class R>
+auto minmax(R&& range) {
+    const auto [low, high] = std::minmax_element(std::begin(range), std::end(range));
+    return minmax_result<remove_cv_t<remove_reference_t<decltype(*low)>>>{*low, *high};
+}
+template <class R, class O>
+O move(R&& range, O to) {
+    return std::move(std::begin(range), std::end(range), to);
+}
+template <class A, class B, class O>
+O set_union(A&& a, B&& b, O to) {
+    return std::set_union(std::begin(a), std::end(a), std::begin(b), std::end(b), to);
+}
 template <class R, class I, class C = less, class P = detail::Same>
 void nth_element(R&& range, I nth, C compare = {}, P projection = {}) {
     std::nth_element(std::begin(range), nth, std::end(range), detail::by(compare, projection));
