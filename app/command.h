@@ -50,6 +50,7 @@ Command add_benchmark(CLI::App&);
 Command add_check(CLI::App&);
 Command add_new(CLI::App&);
 Command add_author(CLI::App&);
+Command add_plan(CLI::App&);
 Command add_help(CLI::App&);
 Command add_version(CLI::App&);
 Command add_completion(CLI::App&);

@@ -21,7 +21,7 @@ int main(int count, char** values) {
         {"Train", {app::add_play, app::add_list, app::add_show, app::add_score, app::add_debrief}},
         {"Teach", {app::add_course, app::add_benchmark}},
         {"Make exercises",
-         {app::add_new, app::add_check, app::add_author, app::add_device, app::add_anatomy}},
+         {app::add_new, app::add_check, app::add_author, app::add_plan, app::add_device, app::add_anatomy}},
         {"Run without a window",
          {app::add_run, app::add_replay, app::add_batch, app::add_render, app::add_serve, app::add_bake,
           app::add_cache}},

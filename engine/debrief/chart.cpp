@@ -80,12 +80,6 @@ std::string mark_circle(double x, double y, std::size_t number_of) {
         number_of, x, y, ink::error, y + 4);
 }
 
-/// A side from which the vessels are drawn.
-struct Side {
-    const char* name;
-    geometry::Vec3 right;  // unit
-};
-
 }  // namespace
 
 std::string time_line(const Story& story) {
@@ -233,45 +227,46 @@ std::string treatment_chart(const Story& story) {
         width, top, text);
 }
 
-std::string tip_over_vessels(const Story& story) {
-    const std::array<Side, 2> sides = {
+std::string ways_over_vessels(const VesselPicture& picture,
+                              const std::function<std::string(const Side&)>& more) {
+    std::array<Side, 2> sides = {
         {{"from the front", geometry::Vec3::UnitX()}, {"from the left", geometry::Vec3::UnitY()}}};
-    // What the tip has seen, with some of the vessels around.
+    // What the tips have seen, with some of the vessels around.
     constexpr double around = 25, height = 460;  // [mm], [px]
-    double low = story.target.z(), high = low;
-    for (const Moment& m : story.moments) {
-        low = std::min(low, m.tip.z());
-        high = std::max(high, m.tip.z());
-    }
+    double low = picture.target.z(), high = low;
+    for (const auto& [way, colour] : picture.ways)
+        for (const geometry::Vec3& tip : way) {
+            low = std::min(low, tip.z());
+            high = std::max(high, tip.z());
+        }
     low -= around;
     high += around;
     std::string text;
     double offset = 0;
-    const double per_mm = height / (high - low);
-    for (const Side& side : sides) {
-        double from = side.right.dot(story.target), to = from;
-        for (const Moment& m : story.moments) {
-            from = std::min(from, side.right.dot(m.tip));
-            to = std::max(to, side.right.dot(m.tip));
-        }
-        const double middle = 0.5 * (from + to),
-                     half = std::max(0.5 * (to - from) + around, 0.25 * (high - low));
-        const double pixels = 2 * half * per_mm;
-        const auto at = [&](const geometry::Vec3& p) {
-            return std::pair((side.right.dot(p) - middle + half) * per_mm, (high - p.z()) * per_mm);
-        };
+    for (Side& side : sides) {
+        double from = side.right.dot(picture.target), to = from;
+        for (const auto& [way, colour] : picture.ways)
+            for (const geometry::Vec3& tip : way) {
+                from = std::min(from, side.right.dot(tip));
+                to = std::max(to, side.right.dot(tip));
+            }
+        side.middle = 0.5 * (from + to);
+        side.half = std::max(0.5 * (to - from) + around, 0.25 * (high - low));
+        side.high = high;
+        side.per_mm = height / (high - low);
+        const double pixels = side.pixels();
         std::string inside;
         for (const char* colour : {ink::edge, ink::vessel}) {
             const double rim = colour == ink::edge ? 1.5 : 0;
-            for (const geometry::CentrelineBranch& branch : story.branches) {
+            for (const geometry::CentrelineBranch& branch : picture.branches) {
                 std::size_t before = 0;
                 double gone = 0;
                 for (std::size_t i = 1; i < branch.points.size(); ++i) {
                     gone += (branch.points[i] - branch.points[i - 1]).norm();
                     if (gone < 0.7 * branch.radii[i] && i + 1 < branch.points.size()) continue;
-                    const auto [x1, y1] = at(branch.points[before]);
-                    const auto [x2, y2] = at(branch.points[i]);
-                    const double thick = per_mm * (branch.radii[before] + branch.radii[i]) + 2 * rim;
+                    const auto [x1, y1] = side.at(branch.points[before]);
+                    const auto [x2, y2] = side.at(branch.points[i]);
+                    const double thick = side.per_mm * (branch.radii[before] + branch.radii[i]) + 2 * rim;
                     const bool seen = std::max(x1, x2) > -thick && std::min(x1, x2) < pixels + thick &&
                                       std::max(y1, y2) > -thick && std::min(y1, y2) < height + thick;
                     if (seen)
@@ -284,43 +279,29 @@ std::string tip_over_vessels(const Story& story) {
                 }
             }
         }
-        std::string points;
-        for (const std::size_t i : sampled(story.moments.size())) {
-            const auto [x, y] = at(story.moments[i].tip);
-            points += fmt::format("{:.1f},{:.1f} ", x, y);
+        for (const auto& [way, colour] : picture.ways) {
+            std::string points;
+            for (const std::size_t i : sampled(way.size())) {
+                const auto [x, y] = side.at(way[i]);
+                points += fmt::format("{:.1f},{:.1f} ", x, y);
+            }
+            inside += fmt::format(
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" "
+                "stroke-linejoin=\"round\"/>",
+                points, colour);
         }
-        inside += fmt::format(
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" "
-            "stroke-linejoin=\"round\"/>",
-            points, ink::wire);
-        const auto [tx, ty] = at(story.target);
+        const auto [tx, ty] = side.at(picture.target);
         inside += fmt::format(
             "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"none\" stroke=\"{}\" "
             "stroke-width=\"2.5\"/>",
-            tx, ty, std::max(4.0, per_mm * story.scenario.target.radius), ink::good);
-        // Marks at one place stand beside each other.
-        std::vector<std::pair<double, double>> taken;
-        for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k) {
-            auto [x, y] = at(story.score.handling_errors[k].place);
-            const auto covered = [&taken, &x = x, &y = y] {
-                return std::ranges::any_of(taken, [&](const auto& other) {
-                    return std::hypot(other.first - x, other.second - y) < 17;
-                });
-            };
-            while (covered() && x < pixels + 200) x += 6;
-            taken.emplace_back(x, y);
-            inside += mark_circle(x, y, k + 1);
-        }
-        inside += fmt::format(
-            "<circle class=\"here\" data-axis=\"{}\" data-k=\"{:.6f}\" data-x0=\"{:.4f}\" "
-            "data-top=\"{:.4f}\" r=\"5\" fill=\"#111\" stroke=\"#fff\" stroke-width=\"1.5\"/>",
-            side.right.x() != 0 ? "x" : "y", per_mm, middle - half, high);
+            tx, ty, std::max(4.0, side.per_mm * picture.target_radius), ink::good);
+        if (more) inside += more(side);
         // The rod is 20 mm long.
         inside += fmt::format(
             "<line x1=\"10\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{1:.1f}\" stroke=\"#444\" "
             "stroke-width=\"2\"/><text x=\"10\" y=\"{2:.1f}\" class=\"tick\" "
             "style=\"text-anchor:start\">20 mm</text>",
-            10 + 20 * per_mm, height - 8, height - 13);
+            10 + 20 * side.per_mm, height - 8, height - 13);
         text += fmt::format(
             "<svg x=\"{0:.1f}\" y=\"0\" width=\"{1:.1f}\" height=\"{2}\" viewBox=\"0 0 {1:.1f} {2}\">"
             "<rect width=\"{1:.1f}\" height=\"{2}\" fill=\"#fafafa\"/>{3}"
@@ -332,6 +313,75 @@ std::string tip_over_vessels(const Story& story) {
         "<svg id=\"way\" viewBox=\"0 0 {:.0f} {}\" style=\"max-width:{:.0f}px\" role=\"img\" "
         "aria-label=\"way of the tip over the vessels\">{}</svg>",
         offset - 14, height, offset - 14, text);
+}
+
+std::string tip_over_vessels(const Story& story) {
+    geometry::Polyline way;
+    for (const Moment& m : story.moments) way.push_back(m.tip);
+    const VesselPicture picture{
+        story.branches, story.target, story.scenario.target.radius, {{std::move(way), ink::wire}}};
+    return ways_over_vessels(picture, [&story](const Side& side) {
+        std::string text;
+        // Marks at one place stand beside each other.
+        std::vector<std::pair<double, double>> taken;
+        for (std::size_t k = 0; k < story.score.handling_errors.size(); ++k) {
+            auto [x, y] = side.at(story.score.handling_errors[k].place);
+            const auto covered = [&taken, &x = x, &y = y] {
+                return std::ranges::any_of(taken, [&](const auto& other) {
+                    return std::hypot(other.first - x, other.second - y) < 17;
+                });
+            };
+            while (covered() && x < side.pixels() + 200) x += 6;
+            taken.emplace_back(x, y);
+            text += mark_circle(x, y, k + 1);
+        }
+        return text + fmt::format(
+                          "<circle class=\"here\" data-axis=\"{}\" data-k=\"{:.6f}\" data-x0=\"{:.4f}\" "
+                          "data-top=\"{:.4f}\" r=\"5\" fill=\"#111\" stroke=\"#fff\" stroke-width=\"1.5\"/>",
+                          side.right.x() != 0 ? "x" : "y", side.per_mm, side.middle - side.half, side.high);
+    });
+}
+
+std::string line_chart(const std::string& across, const std::string& up, const std::vector<Line>& lines) {
+    constexpr double height = 230, top = 30, bottom = 40;
+    double from = 0, to = 1e-9, most = 1e-9;
+    for (const Line& one : lines)
+        for (const auto& [a, b] : one.points) {
+            from = std::min(from, a);
+            to = std::max(to, a);
+            most = std::max(most, b);
+        }
+    const double step = nice_step(most, 4), step_across = nice_step(to - from, 10);
+    most = std::ceil(most / step - 1e-9) * step;
+    const Scale x{from, to, left, width - right}, y{0, most, height - bottom, top};
+    std::string text =
+        fmt::format("<text x=\"{}\" y=\"16\" class=\"lane\">{}</text>", left + 4, io::html_escaped(up));
+    for (double v = 0; v <= most + 1e-9; v += step)
+        text += fmt::format(
+            "<line x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\"/><text x=\"{}\" "
+            "y=\"{:.1f}\" text-anchor=\"end\" class=\"tick\">{:g}</text>",
+            left, width - right, y(v), y(v), ink::grid, left - 5, y(v) + 4, v);
+    for (double v = std::ceil(from / step_across) * step_across; v <= to + 1e-9; v += step_across)
+        text +=
+            fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" class=\"tick\">{:g}</text>",
+                        x(v), height - bottom + 16, std::abs(v) < 1e-9 ? 0.0 : v);
+    text += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\" class=\"tick\">{}</text>", width - right,
+                        height - 6, io::html_escaped(across));
+    double legend = left + 4;
+    for (const Line& one : lines) {
+        std::string points;
+        for (const std::size_t i : sampled(one.points.size()))
+            points += fmt::format("{:.1f},{:.1f} ", x(one.points[i].first), y(one.points[i].second));
+        text += fmt::format(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"/>"
+            "<line x1=\"{:.0f}\" x2=\"{:.0f}\" y1=\"{}\" y2=\"{}\" stroke=\"{}\" stroke-width=\"4\"/>"
+            "<text x=\"{:.0f}\" y=\"{}\" class=\"tick\">{}</text>",
+            points, one.colour, legend, legend + 14, height - 10, height - 10, one.colour, legend + 19,
+            height - 6, io::html_escaped(one.name));
+        legend += 32 + 6.4 * static_cast<double>(one.name.size());
+    }
+    return fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\">{}</svg>", width, height,
+                       io::html_escaped(up), text);
 }
 
 std::string learning_curve(const Curve& curve) {

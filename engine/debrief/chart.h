@@ -1,7 +1,10 @@
 #pragma once
 /// Drawings in SVG for the pages.
 
+#include <functional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/debrief/story.h"
@@ -27,6 +30,35 @@ std::string treatment_chart(const Story&);
 /// The tip's way over the vessels, from the front and from the left, on the same scale; dots with the class
 /// "here" and circles of marks as in the time line.
 std::string tip_over_vessels(const Story&);
+
+/// Vessels from the front and from the left, on the same scale, with ways in them.
+struct VesselPicture {
+    std::span<const geometry::CentrelineBranch> branches;
+    geometry::Vec3 target = geometry::Vec3::Zero();
+    double target_radius = 0;                                           // [mm]
+    std::vector<std::pair<geometry::Polyline, const char*>> ways = {};  // with their colours
+};
+/// A side from which vessels are drawn.
+struct Side {
+    const char* name;
+    geometry::Vec3 right;                               // unit
+    double middle = 0, half = 0, high = 0, per_mm = 1;  // across, of the top [mm]; [px/mm]
+
+    std::pair<double, double> at(const geometry::Vec3& p) const {
+        return {(right.dot(p) - middle + half) * per_mm, (high - p.z()) * per_mm};
+    }
+    double pixels() const { return 2 * half * per_mm; }
+};
+/// `more` is drawn above the ways on each side.
+std::string ways_over_vessels(const VesselPicture&, const std::function<std::string(const Side&)>& more = {});
+
+/// Lines over a common axis; texts with their units. A line's name is in its legend.
+struct Line {
+    std::string name;
+    const char* colour;
+    std::vector<std::pair<double, double>> points;
+};
+std::string line_chart(const std::string& across, const std::string& up, const std::vector<Line>&);
 
 /// Values of attempts in order, with a line at the mean of the skilled; a value that is not finite is a gap.
 struct Curve {

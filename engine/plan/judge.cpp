@@ -1,0 +1,253 @@
+#include "engine/plan/judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/author/attempt.h"
+#include "engine/exercise/observation.h"
+#include "engine/room/played_hand.h"
+#include "physics/geometry/parallel.h"
+
+namespace plan {
+namespace {
+
+constexpr double off = author::usual_off;
+constexpr int played_hands = 5;
+
+/// Whether the tip has stayed in the target; a lesion there may be as narrow as it is.
+class Stay {
+public:
+    explicit Stay(const scenario::Scenario& s)
+        : radius_(s.target.radius),
+          frames_(static_cast<int>(std::ceil(s.target.hold * s.frame_rate - 0.5))) {}
+    void look(const exercise::Simulation& simulation) {
+        in_ = simulation.tip_to_target() <= radius_ ? in_ + 1 : 0;
+        stayed_ = stayed_ || in_ > frames_;
+    }
+    bool stayed() const { return stayed_; }
+
+private:
+    double radius_;
+    int frames_, in_ = 0;
+    bool stayed_ = false;
+};
+
+bool reaches(const author::Attempt& attempt, const scenario::Scenario& s) {
+    return attempt.smallest_radius <= s.target.radius;
+}
+
+bool plays_to_target(const exercise::Exercise& start, const script::CommandScript& script,
+                     const room::Speeds& speeds, std::uint64_t seed) {
+    exercise::Exercise exercise(start);
+    const scenario::Scenario& s = exercise.simulation().scenario();
+    room::PlayedHand hand(script, speeds, s.frame_rate, {}, seed);
+    Stay stay(s);
+    exercise::StepReport last;
+    const int still = static_cast<int>((s.target.hold + 1) * s.frame_rate);
+    for (int after = 0; after < still && !stay.stayed() && !exercise.time_is_up(); after += hand.done()) {
+        last = exercise.next_frame(hand.next(last)).motion;
+        stay.look(exercise.simulation());
+    }
+    return stay.stayed();
+}
+
+/// The number of inexact hands that reach the target.
+int trial_of(const exercise::Exercise& start, const script::CommandScript& script,
+             const JudgeOptions& options) {
+    author::TrialOptions trial;
+    trial.jobs = options.threads;
+    const auto attempts = author::trial(start, script, off, trial);
+    const scenario::Scenario& s = start.simulation().scenario();
+    return static_cast<int>(
+        std::ranges::count_if(*attempts, [&](const author::Attempt& one) { return reaches(one, s); }));
+}
+
+/// Plays a script as it is, and calls `look` after each frame.
+template <class Look>
+void play(exercise::Exercise& exercise, const script::CommandScript& script, const Look& look) {
+    for (int frame = 0; frame <= script.last_frame(0) && !exercise.time_is_up(); ++frame) {
+        std::vector<script::Command> commands;
+        for (const script::TimedCommand& timed : script.at(frame)) commands.push_back(timed.command);
+        exercise.next_frame(commands);
+        look();
+    }
+}
+
+double coarse(double value, double step) {
+    return std::round(value / step);
+}
+
+}  // namespace
+
+double Judged::success() const {
+    return hands + played > 0 ? static_cast<double>(hands_reach + played_reach) / (hands + played) : 0;
+}
+
+bool better(const Judged& a, const Judged& b) {
+    const auto order = [](const Judged& one) {
+        return std::tuple(-one.success(), coarse(one.score.peak_wall_force, 0.05),
+                          coarse(one.score.mean_wall_force, 0.02), one.course.turns(), one.course.frames);
+    };
+    return order(a) < order(b);
+}
+
+Judged judge(const exercise::Exercise& start, const Course& course, bool with_dose,
+             const JudgeOptions& options) {
+    Judged judged;
+    judged.course = course;
+    const script::CommandScript script = course.script();
+    const scenario::Scenario& s = start.simulation().scenario();
+    judged.hands = static_cast<int>(author::last_hand);
+    judged.hands_reach = trial_of(start, script, options);
+    judged.played = played_hands;
+    std::vector<char> reached(played_hands);
+    geometry::for_each_index(played_hands, options.threads, [&](int k) {
+        reached[static_cast<std::size_t>(k)] =
+            plays_to_target(start, script, options.speeds, static_cast<std::uint64_t>(k) + 1);
+    });
+    judged.played_reach = static_cast<int>(std::ranges::count(reached, 1));
+    {
+        exercise::Exercise exercise(start);
+        const author::Attempt exact = author::attempt(exercise, script, author::exact_hand, 0);
+        judged.reaches = reaches(exact, s);
+        judged.defects = exact.defects;
+        judged.score = exact.score;
+    }
+    if (!with_dose) return judged;
+    exercise::Exercise exercise(s, exercise::Pictures::Dose, options.cache);
+    const exercise::Reader reader(exercise.simulation());
+    play(exercise, script, [&] {
+        const exercise::Observation seen = reader.read(exercise);
+        const auto& pushes = seen.push.of;
+        judged.moments.push_back(
+            {seen.time, exercise.simulation().tip_to_target(), seen.wall_force,
+             *std::ranges::max_element(pushes, {}, [](double push) { return std::abs(push); }),
+             exercise.simulation().tip()});
+    });
+    judged.score = exercise.finish();
+    return judged;
+}
+
+Judged improved(const exercise::Exercise& start, Judged judged, const JudgeOptions& options) {
+    if (judged.hands_reach == judged.hands) return judged;
+    for (std::size_t line = 0; line < judged.course.lines.size(); ++line) {
+        const auto* turn = std::get_if<script::Rotate>(&judged.course.lines[line].command);
+        if (!turn) continue;
+        const author::ScriptLine usual = judged.course.lines[line];
+        const int frames = usual.last - usual.first + 1;
+        // Hands that reach, of turns in steps of 15 degrees to either side.
+        constexpr int sides = 3;
+        std::array<int, 2 * sides + 1> reach = {};
+        const auto turned = [&](int step) {
+            Course course = judged.course;
+            auto& command = std::get<script::Rotate>(course.lines[line].command);
+            command.angle += step * 15 * geometry::degree / frames;
+            command.angle = std::round(command.angle / geometry::degree * 10) / 10 * geometry::degree;
+            return course;
+        };
+        for (int step = -sides; step <= sides; ++step) {
+            if (options.stop && options.stop()) return judged;
+            reach[static_cast<std::size_t>(step + sides)] =
+                step == 0 ? judged.hands_reach : trial_of(start, turned(step).script(), options);
+        }
+        const int most = *std::ranges::max_element(reach);
+        if (most <= judged.hands_reach) continue;
+        // The middle of the longest row of the best.
+        int from = 0, length = 0;
+        for (int k = 0; k < static_cast<int>(reach.size());) {
+            int end = k;
+            while (end < static_cast<int>(reach.size()) && reach[static_cast<std::size_t>(end)] == most)
+                ++end;
+            if (end - k > length) from = k, length = end - k;
+            k = std::max(end, k + 1);
+        }
+        Judged other = judge(start, turned(from + (length - 1) / 2 - sides), false, options);
+        if (other.reaches && other.success() > judged.success()) judged = std::move(other);
+        if (judged.hands_reach == judged.hands) break;
+    }
+    return judged;
+}
+
+std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const Course& course,
+                                       const JudgeOptions& options) {
+    const script::CommandScript script = course.script();
+    struct End {
+        geometry::Vec3 tip = geometry::Vec3::Zero();
+        double force = 0;
+        bool reached = false;
+    };
+    const auto end_of = [&](const scenario::Scenario& s, double pushes, double turns) {
+        exercise::Exercise exercise(s, exercise::Pictures::None, options.cache);
+        script::CommandScript changed = script;
+        for (script::TimedCommand& timed : changed.commands) {
+            if (auto* advance = std::get_if<script::Advance>(&timed.command)) advance->length *= pushes;
+            if (auto* withdraw = std::get_if<script::Withdraw>(&timed.command)) withdraw->length *= pushes;
+            if (auto* rotate = std::get_if<script::Rotate>(&timed.command)) rotate->angle *= turns;
+        }
+        Stay stay(s);
+        play(exercise, changed, [&] { stay.look(exercise.simulation()); });
+        return End{exercise.simulation().tip(), exercise.score().peak_wall_force, stay.stayed()};
+    };
+    struct Change {
+        Sensitivity of;
+        std::function<End(double)> end;
+    };
+    std::vector<Change> changes;
+    using Alter = std::function<void(scenario::Scenario&, double)>;
+    const auto add = [&](const std::string& what, double by, const char* unit, const Alter& alter) {
+        changes.push_back({{what, by, unit}, [&, alter](double part) {
+                               scenario::Scenario s = scenario;
+                               alter(s, part);
+                               return end_of(s, 1, 1);
+                           }});
+    };
+    for (std::size_t k = 0; k < scenario.devices.size(); ++k) {
+        const std::string name(scenario.devices[k].name());
+        add("EI of the " + name, 5, "%", [k](scenario::Scenario& s, double part) {
+            for (physics::StiffnessSection& section : s.devices[k].device.sections) {
+                section.rigidity_distal *= 1 + 0.05 * part;
+                section.rigidity_proximal *= 1 + 0.05 * part;
+            }
+        });
+    }
+    add("friction on the wall", 20, "%",
+        [](scenario::Scenario& s, double part) { s.wall_friction *= 1 + 0.2 * part; });
+    add("stiffness of the wall", 50, "%",
+        [](scenario::Scenario& s, double part) { s.wall_stiffness *= 1 + 0.5 * part; });
+    // What a device leaves free of a vessel is all that contact knows of either.
+    add("radius of the vessels", 0.05, "mm", [](scenario::Scenario& s, double part) {
+        for (scenario::PlacedDevice& device : s.devices) {
+            const double smaller = std::min(0.1 * part, 0.5 * device.device.outer_diameter);
+            const double lumen = device.device.inner_diameter;
+            device.device.outer_diameter = std::max(device.device.outer_diameter - smaller, 1.02 * lumen);
+        }
+    });
+    const auto add_hand = [&](const char* what, double pushes, double turns) {
+        changes.push_back({{what, 5, "%"}, [&, pushes, turns](double part) {
+                               return end_of(scenario, 1 + pushes * part, 1 + turns * part);
+                           }});
+    };
+    add_hand("amounts of pushes", 0.05, 0);
+    add_hand("amounts of turns", 0, 0.05);
+
+    const End usual = end_of(scenario, 1, 1);
+    std::vector<End> ends(2 * changes.size());
+    geometry::for_each_index(static_cast<int>(ends.size()), options.threads, [&](int k) {
+        const auto index = static_cast<std::size_t>(k);
+        if (!(options.stop && options.stop())) ends[index] = changes[index / 2].end(k % 2 == 0 ? 1 : -1);
+    });
+    std::vector<Sensitivity> all;
+    for (std::size_t k = 0; k < changes.size(); ++k) {
+        Sensitivity one = changes[k].of;
+        for (const End& end : {ends[2 * k], ends[2 * k + 1]}) {
+            one.tip = std::max(one.tip, (end.tip - usual.tip).norm());
+            one.force = std::max(one.force, std::abs(end.force - usual.force));
+            one.reach += end.reached;
+        }
+        all.push_back(one);
+    }
+    return all;
+}
+
+}  // namespace plan

@@ -1,0 +1,69 @@
+#pragma once
+/// What a course is worth: in hands that are off, in force, turns, time and dose; and what it depends on.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/exercise/score.h"
+#include "engine/plan/search.h"
+#include "engine/room/keys.h"
+
+namespace plan {
+
+/// A frame of the course as the exact hand plays it.
+struct Moment {
+    double seconds = 0;
+    double left = 0;                              // from the tip to the target's middle [mm]
+    double force = 0;                             // the largest of a joint on the wall [N]
+    double push = 0;                              // of the hand on the device that it feels most of [N]
+    geometry::Vec3 tip = geometry::Vec3::Zero();  // of the device that is to reach the target [mm]
+};
+
+struct Judged {
+    Course course;
+    bool reaches = false;              // the exact hand
+    int hands = 0, hands_reach = 0;    // each off by up to 5 % of every amount: author::trial
+    int played = 0, played_reach = 0;  // hands at the keys, off by up to 5 %: room::PlayedHand
+    exercise::Score score;             // of the exact hand, with dose
+    std::vector<std::string> defects;  // frames that no course should have
+    std::vector<Moment> moments;
+
+    /// Of all inexact hands [-].
+    double success() const;
+};
+/// Which of two is the better course: by success, then the largest force on the wall (in steps of 0.05 N),
+/// its mean (0.02 N), turns, time.
+bool better(const Judged&, const Judged&);
+
+struct JudgeOptions {
+    int threads = 2;
+    room::Speeds speeds;  // of the played hands
+    anatomy::ModelCache cache;
+    std::function<bool()> stop;
+};
+
+/// The beam is on from the first frame, in the view that the exercise starts with, or that lines of the
+/// course set; a dose is measured where `with_dose`.
+Judged judge(const exercise::Exercise& start, const Course&, bool with_dose, const JudgeOptions&);
+
+/// The course with each of its turns led to the middle of what succeeds, as far as more hands reach with it.
+Judged improved(const exercise::Exercise& start, Judged, const JudgeOptions&);
+
+/// How the end of a course answers to what is not known exactly.
+struct Sensitivity {
+    std::string of;     // what is changed
+    double change = 0;  // to either side
+    std::string unit;   // of the change
+    double tip = 0;     // how far the tip lies elsewhere at the end, the larger of both [mm]
+    double force = 0;   // change of the largest force on the wall, the larger of both [N]
+    int reach = 0;      // of the two
+};
+/// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,
+/// friction, stiffness of the wall, radius of the vessels, amounts of pushes and turns. Central differences
+/// of whole courses: what is a snap counts in full.
+std::vector<Sensitivity> sensitivities(const scenario::Scenario&, const Course&, const JudgeOptions&);
+
+}  // namespace plan

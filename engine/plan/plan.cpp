@@ -1,0 +1,250 @@
+#include "engine/plan/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+#include <tuple>
+
+#include "engine/exercise/exercise.h"
+#include "engine/io/csv.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "physics/geometry/hash.h"
+
+namespace plan {
+namespace {
+
+constexpr std::size_t judged_courses = 3;
+
+/// Those that differ in what is done, not only in when a turn is made: the fewest turns, then the shortest
+/// first.
+std::vector<Course> distinct(std::vector<Course> courses) {
+    std::ranges::stable_sort(courses, {},
+                             [](const Course& one) { return std::pair(one.turns(), one.frames); });
+    std::set<std::string> known;
+    std::vector<Course> kept;
+    for (Course& course : courses) {
+        std::string what;
+        for (const author::ScriptLine& line : course.lines) {
+            const auto* turn = std::get_if<script::Rotate>(&line.command);
+            what += turn ? fmt::format("turn {} {:.0f};", static_cast<int>(turn->held),
+                                       turn->angle * (line.last - line.first + 1) / geometry::degree / 20)
+                         : fmt::format("{};", line.command.index());
+        }
+        if (known.insert(what).second) kept.push_back(std::move(course));
+    }
+    return kept;
+}
+
+bool is_within(const Judged& judged, const PlanOptions& options) {
+    return !(options.most_force && judged.score.peak_wall_force > *options.most_force) &&
+           !(options.most_turns && judged.course.turns() > *options.most_turns);
+}
+
+/// The beam is on from the start.
+Course with_beam(Course course) {
+    course.lines.insert(course.lines.begin(), author::ScriptLine{0, 0, script::Beam{true}});
+    return course;
+}
+
+void take(Planned& planned, const Judged& judged) {
+    planned.hands = judged.hands;
+    planned.hands_reach = judged.hands_reach;
+    planned.played = judged.played;
+    planned.played_reach = judged.played_reach;
+    planned.peak_force = judged.score.peak_wall_force;
+    planned.mean_force = judged.score.mean_wall_force;
+    planned.impulse = judged.score.wall_force_impulse;
+    planned.turns = judged.course.turns();
+    planned.travel = judged.score.wire_travel;
+    planned.seconds = judged.score.duration;
+    planned.air_kerma = judged.score.air_kerma;
+    planned.area_product = judged.score.area_product;
+    planned.contrast = judged.score.contrast;
+    planned.handling_errors = static_cast<int>(judged.score.handling_errors.size());
+    planned.defects = judged.defects;
+    planned.moments = judged.moments;
+    planned.left = judged.course.left;
+}
+
+}  // namespace
+
+double Planned::success() const {
+    return hands + played > 0 ? static_cast<double>(hands_reach + played_reach) / (hands + played) : 0;
+}
+
+void rank(std::vector<Planned>& all) {
+    const auto order = [](const Planned& one) {
+        const int group = !one.refused.empty() ? 3 : !one.reached ? 2 : !one.within_limits ? 1 : 0;
+        return std::tuple(group, one.reached ? -one.success() : std::abs(one.left),
+                          std::round(one.peak_force / 0.05), std::round(one.mean_force / 0.02), one.turns,
+                          one.seconds, one.name);
+    };
+    std::ranges::stable_sort(all, [&](const Planned& a, const Planned& b) { return order(a) < order(b); });
+}
+
+std::string identity_of(const CaseText& text, const Candidate& candidate, const PlanOptions& options) {
+    geometry::Hash hash;
+    const auto add = [&hash](const std::string& part) {
+        hash.add(std::uint64_t{part.size()});
+        hash.add(part.data(), part.size());
+    };
+    const scenario::Scenario scenario = scenario::parse_scenario(text.toml, text.file, options.catalogue);
+    hash.add(scenario.content);
+    hash.add(anatomy::hash_of(scenario::anatomy_of(scenario, options.cache)));
+    add(candidate.name);
+    add(options.program);
+    add(fmt::format("{} {} {} {} {} {}", options.search.seed, options.search.restarts,
+                    options.search.most_frames, options.search.courses, options.most_force.value_or(-1),
+                    options.most_turns.value_or(-1)));
+    return io::hash_text(hash.value());
+}
+
+Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions& options) {
+    Planned planned;
+    planned.name = candidate.name.empty() ? "own" : candidate.name;
+    planned.identity = identity_of(text, candidate, options);
+    const CaseText own = with_devices(text, candidate);
+    planned.scenario = moved_to(own, own.file).toml;
+    const scenario::Scenario scenario = scenario::parse_scenario(own.toml, own.file, options.catalogue);
+    for (const scenario::PlacedDevice& device : scenario.devices)
+        planned.devices.push_back(fmt::format("{}: {}", device.name(), device.device.title));
+    const auto say = [&](double part, const std::string& doing) {
+        if (options.progress) options.progress(part, fmt::format("{}: {}", planned.name, doing));
+    };
+    const auto stop_asked = [&] {
+        if (options.stop && options.stop()) throw Stopped();
+    };
+    say(0, "vessels");
+    std::optional<exercise::Exercise> start;
+    try {
+        start.emplace(scenario, exercise::Pictures::None, options.cache);
+        SearchOptions search = options.search;
+        search.progress = [&](double part, double left) {
+            say(0.7 * part, fmt::format("{:.0f} mm from the target", std::abs(left)));
+        };
+        bool interrupted = false;
+        search.stop = [&] {
+            interrupted = options.stop && options.stop();
+            return interrupted || (options.time_is_up && options.time_is_up());
+        };
+        const Found found = plan::search(*start, search);
+        if (interrupted) throw Stopped();
+        planned.frames = found.frames;
+        planned.states = found.states;
+        planned.courses = found.courses.size();
+        planned.failures = found.failures;
+        planned.stopped = found.stopped;
+        planned.left = found.nearest.left;
+        planned.course = with_beam(found.nearest).text();
+        JudgeOptions judging{options.search.threads, options.speeds, options.cache, options.stop};
+        std::vector<Judged> judged;
+        const std::vector<Course> courses = distinct(found.courses);
+        for (std::size_t k = 0; k < std::min(judged_courses, courses.size()); ++k) {
+            stop_asked();
+            say(0.7 + 0.1 * static_cast<double>(k) / judged_courses, "inexact hands");
+            judged.push_back(judge(*start, courses[k], false, judging));
+            // Nothing that would come now could reach more often.
+            if (judged.back().success() >= 1 && is_within(judged.back(), options)) break;
+        }
+        std::erase_if(judged, [](const Judged& one) { return !one.reaches; });
+        if (judged.empty()) return planned;
+        std::ranges::stable_sort(judged, [&](const Judged& a, const Judged& b) {
+            const bool in_a = is_within(a, options), in_b = is_within(b, options);
+            return in_a != in_b ? in_a : better(a, b);
+        });
+        say(0.8, "turns to the middle of what succeeds");
+        Judged best = improved(*start, judged.front(), judging);
+        stop_asked();
+        say(0.9, "dose");
+        const std::vector<std::string> defects = best.defects;
+        const Judged whole = judge(*start, with_beam(best.course), true, judging);
+        planned.reached = whole.reaches;
+        planned.within_limits = is_within(best, options);
+        take(planned, whole);
+        planned.course = whole.course.text();
+    } catch (const io::InputError& error) {
+        planned.refused = error.what();
+    }
+    return planned;
+}
+
+void add_sensitivities(std::vector<Planned>& all, const PlanOptions& options) {
+    if (all.empty() || !all.front().reached || !all.front().sensitivities.empty()) return;
+    Planned& first = all.front();
+    if (options.progress) options.progress(0.95, "what the best course depends on");
+    const scenario::Scenario scenario =
+        scenario::parse_scenario(first.scenario, first.name + ".toml", options.catalogue);
+    Course course;
+    for (const script::TimedCommand& timed : script::parse_commands(first.course, first.name).commands) {
+        course.lines.push_back({timed.frame, timed.frame, timed.command});
+        course.frames = std::max(course.frames, timed.frame + 1);
+    }
+    first.sensitivities = plan::sensitivities(
+        scenario, course, {options.search.threads, options.speeds, options.cache, options.stop});
+    if (options.stop && options.stop()) throw Stopped();
+}
+
+std::string to_csv(const std::vector<Planned>& all) {
+    io::Table table{"plan",
+                    {"rank",
+                     "devices",
+                     "reached",
+                     "within_limits",
+                     "success",
+                     "hands_reach",
+                     "hands",
+                     "played_reach",
+                     "played",
+                     "peak_wall_force_N",
+                     "mean_wall_force_N",
+                     "turns",
+                     "travel_mm",
+                     "time_s",
+                     "air_kerma_mGy",
+                     "area_product_Gy_cm2",
+                     "contrast_ml",
+                     "handling_errors",
+                     "left_mm",
+                     "ends",
+                     "frames_simulated",
+                     "stopped",
+                     "refused"}};
+    int place = 0;
+    for (const Planned& one : all) {
+        const auto of = [&](double value) { return one.reached ? io::TableCell(value) : io::TableCell(); };
+        std::string ends;
+        if (!one.reached && !one.failures.empty()) {
+            const Failure& why = one.failures.front();
+            ends = fmt::format("{} {} in {} at {:.0f} mm", script::name_of(why.device),
+                               ending_names[static_cast<std::size_t>(why.ending)], why.branch, why.along);
+        }
+        table.add({++place,
+                   one.name,
+                   one.reached ? "yes" : "no",
+                   one.within_limits ? "yes" : "no",
+                   of(one.success()),
+                   of(one.hands_reach),
+                   of(one.hands),
+                   of(one.played_reach),
+                   of(one.played),
+                   of(one.peak_force),
+                   of(one.mean_force),
+                   of(one.turns),
+                   of(one.travel),
+                   of(one.seconds),
+                   one.air_kerma ? io::TableCell(*one.air_kerma) : io::TableCell(),
+                   one.area_product ? io::TableCell(*one.area_product) : io::TableCell(),
+                   of(one.contrast),
+                   of(one.handling_errors),
+                   one.reached ? 0.0 : std::abs(one.left),
+                   ends,
+                   static_cast<double>(one.frames),
+                   one.stopped ? "yes" : "no",
+                   one.refused});
+    }
+    return io::to_csv(table);
+}
+
+}  // namespace plan
