@@ -44,7 +44,9 @@ plan::CaseText case_of(const PlanArguments& arguments, const anatomy::ModelCache
         file = exercise_named(arguments.scenario).file;
         static_cast<void>(load_exercise(file));
     }
-    return plan::with_ends(plan::case_of(file, "glide035"), arguments.to, arguments.from, catalogue(), cache);
+    return plan::with_ends(
+        plan::with_patient(plan::case_of(file, "glide035"), arguments.scenario.patient, catalogue()),
+        arguments.to, arguments.from, catalogue(), cache);
 }
 
 /// What was made before, of the same case.
@@ -251,6 +253,7 @@ Command add_plan(CLI::App& parser) {
     command->add_option("folders", arguments->folders, "Of 'merge': those of all shards")
         ->type_name("FOLDER");
     add_exercises(command, arguments->scenario.exercises);
+    add_patient(command, arguments->scenario);
     command
         ->add_option("--to", arguments->to,
                      "Another target: the name of one, a branch, 'BRANCH:20' 20 mm along it, or 'x,y,z' [mm]")

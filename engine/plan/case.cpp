@@ -10,6 +10,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/scenario/lesson_file.h"
 
 namespace plan {
 namespace {
@@ -164,6 +165,18 @@ CaseText case_of(const std::filesystem::path& file, const std::string& wire) {
     table.insert("target", target);
     table.insert("c_arm", toml::table{{"isocentre_mm", array(middle)}, {"detector_width_mm", 400.0}});
     return text_of(table, file.parent_path() / (anatomy.name + ".toml"));
+}
+
+CaseText with_patient(const CaseText& text, const std::string& patient,
+                      const std::filesystem::path& catalogue) {
+    if (patient.empty() || patient == "1") return text;
+    toml::table table = table_of(text);
+    const scenario::Scenario usual = scenario::parse_scenario(text.toml, text.file, catalogue);
+    for (const auto& [key, value] : scenario::patient_of(usual, patient).values) {
+        const toml::table parsed = toml::parse("value = " + value);
+        section(table, "anatomy").insert_or_assign(key, *parsed.get("value"));
+    }
+    return text_of(table, text.file);
 }
 
 CaseText with_ends(const CaseText& text, const std::string& to, const std::string& from,

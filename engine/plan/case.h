@@ -36,6 +36,10 @@ struct CaseText {
 /// the first that they have. Throws InputError.
 CaseText case_of(const std::filesystem::path& scenario_or_anatomy, const std::string& wire);
 
+/// Of another patient of the scenario, "2" or "seed:17" (scenario::load_scenario); empty or "1" is the first.
+/// Throws InputError.
+CaseText with_patient(const CaseText&, const std::string& patient, const std::filesystem::path& catalogue);
+
 /// With another target, empty = as it is: the name of one, a branch, a branch and the way along it from its
 /// origin as "LRA:20", or a place as "12.5,-3,40" [mm]; and with another entry, the name of an end. A branch
 /// alone is its middle. Throws InputError that says what there is.

@@ -18,6 +18,7 @@ namespace {
 
 using script::DeviceRole;
 
+constexpr double near_speed = 10;  // of a key that is pressed alone: hands at the keys have no other between
 constexpr double push_speed = 30, turn_speed = 225 * geometry::degree;  // [mm/s], [rad/s]
 constexpr double spacing = 8;      // of states that are kept, by the way left [mm]
 constexpr double backwards = 8;    // that a tip may go before a push has failed [mm]
@@ -131,7 +132,7 @@ public:
         rate_ = s.frame_rate;
         // Half a frame more than the score asks for.
         hold_ = static_cast<int>(std::ceil(s.target.hold * rate_ + 0.5));
-        slow_ = std::clamp(1.4 * s.target.radius / hold_, 0.1, push_speed / rate_);
+        slow_ = std::clamp(1.4 * s.target.radius / hold_, 0.1, near_speed / rate_);
     }
 
     int target() const { return target_; }

@@ -1,0 +1,137 @@
+/// A case planned as a user plans it: from vessels to a course that the other commands take.
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tests/app/program.h"
+#include "tests/engine/plan/fork.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+using test::expect_refused, test::joined, test::Outcome, test::read, test::write;
+
+const std::vector<std::string> cache = {"--cache", SELDINGER_SOURCE "/build/cache"};
+
+struct PlanCommand : test::InFolder {
+    void SetUp() override { write(folder / "fork.toml", test::fork_toml()); }
+    Outcome plan(const std::vector<std::string>& more, const std::string& out = "plan") const {
+        return test::run(
+            folder, joined(joined({"plan", "fork.toml", "--out", out, "--frames", "3000"}, cache), more));
+    }
+};
+
+nlohmann::json ranked(const test::TemporaryFolder& folder, const std::string& out = "plan") {
+    return nlohmann::json::parse(read(folder / (out + "/plan.json")))["ranked"];
+}
+
+}  // namespace
+
+/// From vessels to a page, and to a course that runs, replays and is an exercise with its solution.
+TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
+    const Outcome made = plan({"--devices", "glidestraight035,own"});
+    ASSERT_EQ(made.code, 0) << made.out << made.error;
+    test::expect_said(made.out, "passes in trunk");
+    const auto all = ranked(folder);
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[0]["devices"], "own");
+    EXPECT_TRUE(all[0]["reached"].get<bool>());
+    EXPECT_FALSE(all[1]["reached"].get<bool>());
+    EXPECT_GT(all[0]["sensitivities"].size(), 4u);
+    EXPECT_TRUE(all[0]["air_kerma_mGy"].is_number());
+    // Run elsewhere, by its files alone.
+    const Outcome ran = test::run(folder, joined({"run", "plan/best.toml", "--commands", "plan/best.gw",
+                                                  "--out", "ran", "--frames", "none"},
+                                                 cache));
+    EXPECT_EQ(ran.code, 0) << ran.out << ran.error;
+    const auto score = nlohmann::json::parse(read(folder / "ran/score.json"));
+    EXPECT_EQ(score["peak_wall_force_N"], all[0]["peak_wall_force_N"]);
+    const Outcome replayed =
+        test::run(folder, joined({"replay", "ran/run.gw", "--scenario", "plan/best.toml"}, cache));
+    EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.error;
+    // "Show me" shows what lies beside an exercise under its name.
+    test::expect_said(test::run(folder, {"list", "--exercises", "plan"}).out, "best");
+    const Outcome shown = test::run(folder, joined({"run", "best", "--exercises", "plan", "--commands",
+                                                    "solution", "--out", "shown", "--frames", "none"},
+                                                   cache));
+    EXPECT_EQ(shown.code, 0) << shown.out << shown.error;
+    const std::string page = read(folder / "plan/plan.html");
+    for (const char* said :
+         {"1 of 2 sets of devices reach", "Where the others fail", "What makes the way hard",
+          "What the best course depends on", "What was not tried", "from the left"})
+        test::expect_said(page, said);
+    EXPECT_EQ(page.find("nan"), std::string::npos);
+    EXPECT_EQ(page.find("http"), std::string::npos);
+}
+
+TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
+    const std::vector<std::string> devices = {"--devices", "own,glidestraight035,jwire035"};
+    ASSERT_EQ(plan(devices, "whole").code, 0);
+    const int first = plan(joined(devices, {"--shard", "1/2"}), "a").code;
+    const int second = plan(joined(devices, {"--shard", "2/2", "--threads", "1"}), "b").code;
+    EXPECT_TRUE(first <= 1 && second <= 1);
+    ASSERT_EQ(test::run(folder, joined({"plan", "merge", "a", "b", "--out", "all"}, cache)).code, 0);
+    for (const char* file : {"plan.csv", "plan.json", "best.gw", "best.toml"})
+        EXPECT_EQ(read(folder / (std::string("all/") + file)), read(folder / (std::string("whole/") + file)))
+            << file;
+    const Outcome again = plan(devices, "whole");
+    test::expect_said(again.out, "3 of 3 made before");
+    // Another seed is another plan.
+    const Outcome other = plan(joined(devices, {"--seed", "5"}), "whole");
+    EXPECT_EQ(other.out.find("made before"), std::string::npos);
+    expect_refused(plan(joined(devices, {"--shard", "4/4"}), "c"), "expected at most 3 shards");
+    expect_refused(test::run(folder, {"plan", "merge", "a", "a", "--out", "twice"}),
+                   "expected each set of devices once");
+    expect_refused(test::run(folder, {"plan", "merge", "nowhere", "--out", "twice"}), "found none");
+}
+
+TEST_F(PlanCommand, SaysWhatIsWrongAndHowNearItGot) {
+    expect_refused(plan({"--to", "nowhere"}), "expected a target or a branch");
+    expect_refused(plan({"--from", "nowhere"}), "expected an open end");
+    expect_refused(plan({"--devices", "glide"}), "glide");
+    expect_refused(plan({"--devices", "cobra5f"}), "expected a wire first");
+    expect_refused(plan({"--most-force", "nan"}), "--most-force");
+    expect_refused(plan({"--frames", "10"}), "--frames");
+    expect_refused(plan({"--time-limit", "0"}), "--time-limit");
+    expect_refused(test::run(folder, {"plan", "fork.gw", "--out", "x"}), "fork.gw");
+    // A catheter that the vessels do not take is no error of the plan: others may fit.
+    const Outcome thick = plan({"--devices", "glide035+sheath12f,own"}, "thick");
+    EXPECT_EQ(thick.code, 0) << thick.out << thick.error;
+    // A target that no wire reaches: how near.
+    const Outcome far = plan({"--devices", "glidestraight035"}, "far");
+    EXPECT_EQ(far.code, 1);
+    test::expect_said(far.out, "nearest");
+    test::expect_said(read(folder / "far/plan.html"), "No course was found that reaches the target.");
+    EXPECT_FALSE(fs::exists(folder / "far/best.gw"));
+    // Limits: what is beyond them is marked.
+    const Outcome limited = plan({"--most-force", "0.001"}, "limited");
+    EXPECT_EQ(limited.code, 0);
+    test::expect_said(limited.out, "limit");
+    EXPECT_FALSE(ranked(folder, "limited")[0]["within_limits"].get<bool>());
+}
+
+/// Words that nobody chose: it answers with a plan or a sentence.
+TEST_F(PlanCommand, WildArgumentsAreRefusedOrPlanned) {
+    const unsigned seed = 47;
+    std::mt19937 random(seed);
+    const std::vector<std::string> parts = {"side",      ":",     ",",  "-1",   "1e9", "goal", "nan",
+                                            "trunk.out", "0",     "20", "inf",  "\"",  "+",    "glide035",
+                                            "own",       "wires", "\n", "../x", "%",   "é"};
+    for (int k = 0; k < 40; ++k) {
+        const auto word = [&] {
+            std::string text;
+            for (unsigned part = 0; part <= random() % 3; ++part) text += parts[random() % parts.size()];
+            return text;
+        };
+        const char* options[] = {"--to", "--from", "--devices", "--shard", "--seed"};
+        const std::vector<std::string> more = {options[random() % 5], word(), "--time-limit", "1"};
+        const Outcome outcome = plan(more, fmt::format("wild{}", k));
+        EXPECT_TRUE(outcome.code >= 0 && outcome.code <= 2)
+            << "seed " << seed << ", case " << k << ": " << more[0] << " '" << more[1]
+            << "': " << outcome.code << " " << outcome.error;
+    }
+}
+
+}  // namespace app

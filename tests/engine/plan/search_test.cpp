@@ -1,0 +1,148 @@
+#include "engine/plan/search.h"
+
+#include "engine/author/attempt.h"
+#include "engine/plan/judge.h"
+#include "tests/engine/plan/fork.h"
+
+namespace plan {
+namespace {
+
+using exercise::Exercise;
+
+const anatomy::ModelCache cache = {SELDINGER_SOURCE "/build/cache", {}};
+
+Exercise start_of(const scenario::Scenario& s) {
+    return {s, exercise::Pictures::None, cache};
+}
+
+SearchOptions small_search() {
+    SearchOptions options;
+    options.most_frames = 4000;
+    options.courses = 3;
+    return options;
+}
+
+std::vector<std::string> texts_of(const Found& found) {
+    std::vector<std::string> texts;
+    for (const Course& course : found.courses) texts.push_back(course.text());
+    texts.push_back(found.nearest.text());
+    return texts;
+}
+
+}  // namespace
+
+TEST(PlanSearch, AnAngledWireReachesABranchThatAStraightOneGoesPast) {
+    const Found angled = search(start_of(test::fork("glide035")), small_search());
+    ASSERT_FALSE(angled.courses.empty());
+    const Found straight = search(start_of(test::fork("glidestraight035")), small_search());
+    EXPECT_TRUE(straight.courses.empty());
+    ASSERT_FALSE(straight.failures.empty());
+    // It says what the wire did and where.
+    EXPECT_EQ(straight.failures.front().ending, Ending::Passes);
+    EXPECT_EQ(straight.failures.front().branch, "trunk");
+    EXPECT_GT(std::abs(straight.nearest.left), 10);
+}
+
+/// What the search has found is what a script of it does, on an exercise of its own.
+TEST(PlanSearch, EveryCourseReachesTheTargetWhenItsScriptIsPlayed) {
+    for (const char* name : {"straight", "s_bend", "renal_right"}) {
+        const scenario::Scenario s = scenario::load_scenario(
+            test::asset(std::string("scenarios/") + name + ".toml"), test::asset("devices"));
+        const Exercise start = start_of(s);
+        const Found found = search(start, small_search());
+        ASSERT_FALSE(found.courses.empty()) << name;
+        for (const Course& course : found.courses) {
+            Exercise own(s, exercise::Pictures::None, cache);
+            const author::Attempt made = author::attempt(own, course.script(), author::exact_hand, 0);
+            EXPECT_TRUE(made.score.completed) << name << "\n" << course.text();
+            EXPECT_EQ(made.defects, std::vector<std::string>()) << name << "\n" << course.text();
+        }
+    }
+}
+
+TEST(PlanSearch, IsTheSameForAnyNumberOfThreadsAndLeavesTheStartAsItIs) {
+    for (const std::uint64_t seed : {1u, 7u, 99u}) {
+        // Only restarts draw numbers: the straight wire needs them, as it does not reach.
+        for (const char* wire : {"glide035", "glidestraight035"}) {
+            const Exercise start = start_of(test::fork(wire));
+            const auto before = start.snapshot().state;
+            SearchOptions options = small_search();
+            options.seed = seed;
+            options.threads = 1;
+            const Found one = search(start, options);
+            options.threads = 3;
+            const Found three = search(start, options);
+            EXPECT_EQ(texts_of(one), texts_of(three)) << wire << ", seed " << seed;
+            EXPECT_EQ(one.frames, three.frames);
+            EXPECT_EQ(one.states, three.states);
+            EXPECT_EQ(start.snapshot().state, before);
+        }
+    }
+}
+
+TEST(PlanSearch, EndsWhenItIsToldToWithTheBestSoFar) {
+    SearchOptions options = small_search();
+    int asked = 0;
+    options.stop = [&asked] { return ++asked == 2; };
+    const Found found = search(start_of(test::fork("glidestraight035")), options);
+    EXPECT_TRUE(found.stopped);
+    EXPECT_EQ(asked, 2);
+    EXPECT_FALSE(found.nearest.lines.empty());
+    EXPECT_LT(found.frames, options.most_frames);
+}
+
+TEST(PlanSearch, SimulatesNoMoreThanItMay) {
+    SearchOptions options = small_search();
+    options.most_frames = 1000;
+    const Found found = search(start_of(test::fork("glidestraight035")), options);
+    // A round of moves ends after it began.
+    EXPECT_LT(found.frames, 1000 + 8 * 400);
+}
+
+TEST(PlanJudge, CountsTheHandsThatReachAndPrefersMoreOfThem) {
+    const scenario::Scenario s = test::fork();
+    const Exercise start = start_of(s);
+    const Found found = search(start, small_search());
+    ASSERT_FALSE(found.courses.empty());
+    JudgeOptions options;
+    options.cache = cache;
+    const Judged judged = judge(start, found.courses.front(), false, options);
+    EXPECT_TRUE(judged.reaches);
+    EXPECT_EQ(judged.hands, 10);
+    EXPECT_GE(judged.hands_reach, 5);
+    Course short_of_it = found.courses.front();
+    short_of_it.lines.pop_back();
+    const Judged none = judge(start, short_of_it, false, options);
+    EXPECT_FALSE(none.reaches);
+    EXPECT_EQ(none.hands_reach, 0);
+    EXPECT_TRUE(better(judged, none));
+    EXPECT_FALSE(better(none, judged));
+    const Judged again = improved(start, judged, options);
+    EXPECT_GE(again.success(), judged.success());
+}
+
+/// In a straight tube neither stiffness nor friction moves the tip by much; what is pushed does, by what is
+/// pushed.
+TEST(PlanJudge, SensitivitiesAreThoseOfTheWholeCourse) {
+    const scenario::Scenario s =
+        scenario::load_scenario(test::asset("scenarios/straight.toml"), test::asset("devices"));
+    const Found found = search(start_of(s), small_search());
+    ASSERT_FALSE(found.courses.empty());
+    JudgeOptions options;
+    options.cache = cache;
+    const Course& course = found.courses.front();
+    const std::vector<Sensitivity> all = sensitivities(s, course, options);
+    ASSERT_EQ(all.size(), 6u);
+    double pushed = 0;
+    for (const author::ScriptLine& line : course.lines)
+        if (const auto* advance = std::get_if<script::Advance>(&line.command))
+            pushed += advance->length * (line.last - line.first + 1);
+    for (const Sensitivity& one : all) {
+        if (one.of == "amounts of pushes")
+            EXPECT_NEAR(one.tip, 0.05 * pushed, 0.1);
+        else
+            EXPECT_LT(one.tip, 1) << one.of;
+    }
+}
+
+}  // namespace plan
