@@ -1,5 +1,6 @@
 /// The Python module seldinger._core: simulations one at a time and many at once, as NumPy arrays.
 
+#include <chrono>
 #include <filesystem>
 #include <fmt/format.h>
 #include <pybind11/numpy.h>
@@ -17,6 +18,7 @@
 #include "engine/episode/episode.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/plan/plan.h"
 #include "render/picture/png.h"
 
 namespace app {
@@ -94,6 +96,45 @@ std::vector<std::uint8_t> png_of(const py::object& given) {
         for (std::uint8_t& pixel : pixels) pixel = pixel != 0 ? 255 : 0;
     return colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
                   : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
+}
+
+/// Plans of a scenario as JSON, ranked: what seldinger.plan() makes objects of.
+std::vector<std::string> plans(const std::string& file, const std::optional<std::string>& text,
+                               const std::string& devices, const std::string& to, const std::string& from,
+                               const std::string& list, const std::string& patient, int threads,
+                               std::uint64_t seed, int restarts, long frames,
+                               const std::optional<double>& time_limit, const std::string& cache) {
+    const auto begun = std::chrono::steady_clock::now();
+    plan::PlanOptions options;
+    options.search.threads = threads;
+    options.search.seed = seed;
+    options.search.restarts = restarts;
+    options.search.most_frames = frames;
+    options.cache.folder = cache;
+    options.catalogue = devices;
+    options.stop = [] {
+        look_after_python();
+        return false;
+    };
+    options.time_is_up = [&] {
+        return time_limit &&
+               std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() > *time_limit;
+    };
+    std::vector<std::string> made;
+    {
+        const Free free;
+        plan::CaseText usual = text ? plan::CaseText{*text, file} : plan::case_of(file, "glide035");
+        usual =
+            plan::with_ends(plan::with_patient(usual, patient, devices), to, from, devices, options.cache);
+        const scenario::Scenario scenario = scenario::parse_scenario(usual.toml, usual.file, devices);
+        std::vector<plan::Planned> all;
+        for (const plan::Candidate& candidate : plan::candidates_of(list, scenario, devices))
+            all.push_back(plan::plan(usual, candidate, options));
+        plan::rank(all);
+        plan::add_sensitivities(all, options);
+        for (const plan::Planned& one : all) made.push_back(plan::to_json(one));
+    }
+    return made;
 }
 
 void write_png(const std::filesystem::path& path, const py::object& image) {
@@ -285,6 +326,10 @@ PYBIND11_MODULE(_core, m) {
     follow_python();
 
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"),
+          py::call_guard<Call>());
+    m.def("_plan", &plans, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("to"),
+          py::arg("from_"), py::arg("list"), py::arg("patient"), py::arg("threads"), py::arg("seed"),
+          py::arg("restarts"), py::arg("frames"), py::arg("time_limit_s"), py::arg("cache"),
           py::call_guard<Call>());
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png,
           py::call_guard<Call>());

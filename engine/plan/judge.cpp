@@ -233,10 +233,14 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
 
     const End usual = end_of(scenario, 1, 1);
     std::vector<End> ends(2 * changes.size());
-    geometry::for_each_index(static_cast<int>(ends.size()), options.threads, [&](int k) {
-        const auto index = static_cast<std::size_t>(k);
-        if (!(options.stop && options.stop())) ends[index] = changes[index / 2].end(k % 2 == 0 ? 1 : -1);
-    });
+    for (std::size_t first = 0; first < ends.size(); first += 4) {
+        if (options.stop && options.stop()) return {};
+        geometry::for_each_index(static_cast<int>(std::min<std::size_t>(4, ends.size() - first)),
+                                 options.threads, [&](int k) {
+                                     const std::size_t index = first + static_cast<std::size_t>(k);
+                                     ends[index] = changes[index / 2].end(k % 2 == 0 ? 1 : -1);
+                                 });
+    }
     std::vector<Sensitivity> all;
     for (std::size_t k = 0; k < changes.size(); ++k) {
         Sensitivity one = changes[k].of;

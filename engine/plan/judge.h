@@ -63,7 +63,7 @@ struct Sensitivity {
 };
 /// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,
 /// friction, stiffness of the wall, radius of the vessels, amounts of pushes and turns. Central differences
-/// of whole courses: what is a snap counts in full.
+/// of whole courses: what is a snap counts in full. Empty when stopped.
 std::vector<Sensitivity> sensitivities(const scenario::Scenario&, const Course&, const JudgeOptions&);
 
 }  // namespace plan

@@ -15,7 +15,7 @@
 namespace plan {
 namespace {
 
-constexpr std::size_t judged_courses = 3;
+constexpr double enough_success = 0.9;  // of inexact hands
 
 /// Those that differ in what is done, not only in when a turn is made: the fewest turns, then the shortest
 /// first.
@@ -129,39 +129,49 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
             interrupted = options.stop && options.stop();
             return interrupted || (options.time_is_up && options.time_is_up());
         };
-        const Found found = plan::search(*start, search);
-        if (interrupted) throw Stopped();
-        planned.frames = found.frames;
-        planned.states = found.states;
-        planned.courses = found.courses.size();
-        planned.failures = found.failures;
-        planned.stopped = found.stopped;
-        planned.left = found.nearest.left;
-        planned.course = with_beam(found.nearest).text();
-        JudgeOptions judging{options.search.threads, options.speeds, options.cache, options.stop};
-        std::vector<Judged> judged;
-        const std::vector<Course> courses = distinct(found.courses);
-        for (std::size_t k = 0; k < std::min(judged_courses, courses.size()); ++k) {
-            stop_asked();
-            say(0.7 + 0.1 * static_cast<double>(k) / judged_courses, "inexact hands");
-            judged.push_back(judge(*start, courses[k], false, judging));
-            // Nothing that would come now could reach more often.
-            if (judged.back().success() >= 1 && is_within(judged.back(), options)) break;
-        }
-        std::erase_if(judged, [](const Judged& one) { return !one.reaches; });
-        if (judged.empty()) return planned;
-        std::ranges::stable_sort(judged, [&](const Judged& a, const Judged& b) {
+        const JudgeOptions judging{options.search.threads, options.speeds, options.cache, options.stop};
+        const auto preferred = [&](const Judged& a, const Judged& b) {
             const bool in_a = is_within(a, options), in_b = is_within(b, options);
             return in_a != in_b ? in_a : better(a, b);
-        });
-        say(0.8, "turns to the middle of what succeeds");
-        Judged best = improved(*start, judged.front(), judging);
-        stop_asked();
+        };
+        std::optional<Judged> best;
+        const auto is_enough = [&] {
+            return best && best->success() >= enough_success && is_within(*best, options);
+        };
+        // Where few hands could follow what was found, it searches again, with other angles.
+        for (int again = 0; again <= options.search.restarts && !is_enough() && !planned.stopped; ++again) {
+            if (again > 0 && !best) break;
+            search.other_angles = again > 0;
+            search.seed = options.search.seed + static_cast<std::uint64_t>(again);
+            const Found found = plan::search(*start, search);
+            if (interrupted) throw Stopped();
+            planned.frames += found.frames;
+            planned.states += found.states;
+            planned.courses += found.courses.size();
+            planned.stopped = found.stopped;
+            if (again == 0) {
+                planned.failures = found.failures;
+                planned.left = found.nearest.left;
+                planned.course = with_beam(found.nearest).text();
+            }
+            int judged = 0;
+            for (const Course& course : distinct(found.courses)) {
+                stop_asked();
+                say(0.7 + 0.02 * judged++, "inexact hands");
+                Judged one = judge(*start, course, false, judging);
+                if (one.reaches && (!best || preferred(one, *best))) best = std::move(one);
+                if (best && best->success() >= 1 && is_within(*best, options)) break;
+            }
+            if (!best || is_enough()) continue;
+            say(0.85, "turns to the middle of what succeeds");
+            best = improved(*start, std::move(*best), judging);
+            stop_asked();
+        }
+        if (!best) return planned;
         say(0.9, "dose");
-        const std::vector<std::string> defects = best.defects;
-        const Judged whole = judge(*start, with_beam(best.course), true, judging);
+        const Judged whole = judge(*start, with_beam(best->course), true, judging);
         planned.reached = whole.reaches;
-        planned.within_limits = is_within(best, options);
+        planned.within_limits = is_within(*best, options);
         take(planned, whole);
         planned.course = whole.course.text();
     } catch (const io::InputError& error) {

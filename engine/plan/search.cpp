@@ -454,8 +454,9 @@ public:
         State first = hands_.front().initial();
         for (int restart = 0; restart <= options_.restarts && !done(); ++restart) {
             // The first time the angles are round ones.
-            const double offset =
-                restart == 0 ? 0 : std::ldexp(static_cast<double>(random() >> 11), -53) * 45 - 22.5;
+            const double offset = restart == 0 && !options_.other_angles
+                                      ? 0
+                                      : std::ldexp(static_cast<double>(random() >> 11), -53) * 45 - 22.5;
             moves_ = moves_of(*scenario_, hands_.front().target(), offset);
             limit_ = options_.most_frames * (restart + 1) / (options_.restarts + 1);
             states_.clear();

@@ -51,9 +51,10 @@ struct Course {
 };
 
 struct SearchOptions {
-    int threads = 2;         // the outcome does not depend on it
-    std::uint64_t seed = 1;  // of the angles that restarts try
-    int restarts = 2;        // with other angles, where the target was not reached
+    int threads = 2;            // the outcome does not depend on it
+    std::uint64_t seed = 1;     // of the angles that restarts try
+    int restarts = 2;           // with other angles, where the target was not reached
+    bool other_angles = false;  // from the first try on
     long most_frames = 40'000;
     std::size_t courses = 6;                                 // that are enough
     std::function<void(double done, double left)> progress;  // left: the shortest way so far [mm]

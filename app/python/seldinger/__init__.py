@@ -13,10 +13,11 @@ seldinger.compat. Lengths are in mm, forces in N, angles as named.
 from typing import TYPE_CHECKING, Any
 
 from ._core import InputError, Snapshot, State, __version__, write_png
+from .planning import Plan, plan
 from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios
 
-__all__ = ["InputError", "Simulation", "Snapshot", "State", "VectorSimulation", "__version__", "assets", "compat",
-           "default_cache", "gym", "scenarios", "write_png"]
+__all__ = ["InputError", "Plan", "Simulation", "Snapshot", "State", "VectorSimulation", "__version__", "assets", "compat",
+           "default_cache", "gym", "plan", "scenarios", "write_png"]
 
 
 if TYPE_CHECKING:
