@@ -388,7 +388,7 @@ ViewMap view_map(const Anatomy& anatomy, const ViewTarget& target, const Stand& 
     return view_map(ViewedTarget(anatomy, target, filled_from(anatomy, -1)), stand, step);
 }
 
-std::vector<BestView> best_views(const ViewMap& map, int count, double apart) {
+std::vector<BestView> best_views(const ViewMap& map, int count, double apart, double alike) {
     // Cosine of the beam's angle from that of AP.
     const auto upright = [&](std::size_t node) {
         return std::cos(map.angles(node).lao) * std::cos(map.angles(node).cranial);
@@ -403,7 +403,7 @@ std::vector<BestView> best_views(const ViewMap& map, int count, double apart) {
             left.begin(), left.end(), [&](std::size_t a, std::size_t b) { return cost(a) < cost(b); });
         std::size_t chosen = lowest;
         for (const std::size_t node : left) {
-            if (cost(node) > cost(lowest) + as_good) continue;
+            if (cost(node) > cost(lowest) + alike) continue;
             const double more = upright(node) - upright(chosen);
             if (more > 1e-9 || (more > -1e-9 && cost(node) < cost(chosen))) chosen = node;
         }

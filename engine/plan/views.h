@@ -138,7 +138,8 @@ struct BestView {
 /// regions that Garcia et al. 2009 call optimal (foreshortening 5.8 ± 3.9 % in the left, 5.6 ± 3.6 % in the
 /// right coronary artery). Fewer views where the stand takes no more.
 inline constexpr double usual_apart = 20 * geometry::degree, as_good = 0.05;
-std::vector<BestView> best_views(const ViewMap&, int count = 3, double apart = usual_apart);
+std::vector<BestView> best_views(const ViewMap&, int count = 3, double apart = usual_apart,
+                                 double alike = as_good);
 
 /// The part of a line p + s·across, `across` unit, within the projected capsule (the hull of discs at a and
 /// b): from and to in s. Empty where it misses.
