@@ -69,16 +69,22 @@ ViewTarget target_of(const Anatomy& anatomy, const ViewStretch& stretch) {
     return target;
 }
 
-/// Of a ball and a piece of vessel whose radius changes linearly: how far apart they are; negative where they
-/// overlap. Least over points of the axis, which are as near to each other as a tenth of it.
-double gap(const Vec3& centre, double radius, const Vec3& a, double at_a, const Vec3& b, double at_b) {
-    double least = std::numeric_limits<double>::infinity();
-    constexpr int parts = 10;
-    for (int k = 0; k <= parts; ++k) {
-        const double t = static_cast<double>(k) / parts;
-        least = std::min(least, (centre - (1 - t) * a - t * b).norm() - ((1 - t) * at_a + t * at_b) - radius);
+/// Where, in fractions of a capsule's axis, its balls touch that ball: |c − x(t)| < radius + r(t), both sides
+/// squared. Empty where they do not.
+std::optional<Span> touching(const Vec3& centre, double radius, const Vec3& a, double at_a, const Vec3& b,
+                             double at_b) {
+    const Vec3 from_a = centre - a, axis = b - a;
+    const double reach = radius + at_a, wider = at_b - at_a;
+    const double square = axis.squaredNorm() - wider * wider;
+    if (square <= 1e-12) {  // the larger ball holds the smaller one
+        const bool touches = from_a.norm() < reach || (centre - b).norm() < radius + at_b;
+        return touches ? std::optional<Span>({0, 1}) : std::nullopt;
     }
-    return least;
+    const double middle = (from_a.dot(axis) + reach * wider) / square,
+                 root = middle * middle - (from_a.squaredNorm() - reach * reach) / square;
+    if (root <= 0) return std::nullopt;
+    const double from = std::max(0.0, middle - std::sqrt(root)), to = std::min(1.0, middle + std::sqrt(root));
+    return from < to ? std::optional<Span>({from, to}) : std::nullopt;
 }
 
 double length_covered(std::vector<Span>& spans, double least, double most) {
@@ -274,8 +280,8 @@ ViewedTarget::ViewedTarget(const Anatomy& anatomy, ViewTarget target, const std:
         pieces_until.push_back(pieces_.size());
     }
     middle_ /= length_;
-    // All filled branches; of a stretch's own branch what lies before and behind it, and the stretch itself,
-    // which covers others of the target alone.
+    // All filled branches from their origins on; of a stretch's own branch what lies before and behind it,
+    // and the stretch itself, which covers others of the target alone.
     for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
         const CentrelineBranch& branch = anatomy.branches[b];
         const std::vector<double> arcs =
@@ -284,11 +290,11 @@ ViewedTarget::ViewedTarget(const Anatomy& anatomy, ViewTarget target, const std:
             std::find_if(target_.stretches.begin(), target_.stretches.end(),
                          [&](const ViewStretch& stretch) { return stretch.branch == static_cast<int>(b); });
         if (own == target_.stretches.end()) {
-            if (filled[b]) add_capsules(branch, arcs, arcs.front(), arcs.back());
+            if (filled[b]) add_capsules(branch, arcs, 0, arcs.back());
             continue;
         }
         if (!filled[b]) continue;
-        add_capsules(branch, arcs, arcs.front(), own->from);
+        add_capsules(branch, arcs, 0, own->from);
         add_capsules(branch, arcs, own->to, arcs.back());
     }
     const std::size_t shared = capsules_.size();
@@ -306,8 +312,12 @@ ViewedTarget::ViewedTarget(const Anatomy& anatomy, ViewTarget target, const std:
             for (std::size_t c = 0; c < capsules_.size(); ++c) {
                 if (c >= shared && c >= capsules_from[s] && c < capsules_until[s]) continue;
                 const Capsule& other = capsules_[c];
-                if (gap(pieces_[k].centre, pieces_[k].radius, other.a, other.at_a, other.b, other.at_b) > 0)
-                    pieces_[k].others.push_back(static_cast<int>(c));
+                Piece& part = pieces_[k];
+                const auto touched =
+                    touching(part.centre, part.radius, other.a, other.at_a, other.b, other.at_b);
+                const double from = touched ? touched->from : 1, to = touched ? touched->to : 1;
+                if (from > 0) part.others.push_back({static_cast<int>(c), 0, from});
+                if (to < 1) part.others.push_back({static_cast<int>(c), to, 1});
             }
 }
 
@@ -332,14 +342,21 @@ ViewFigures ViewedTarget::figures(const ViewAngles& angles) const {
         const Vec2 along = fraction > 1e-9 ? Vec2(shown / fraction) : Vec2(Vec2::UnitY());
         const Vec2 across(-along.y(), along.x());
         spans.clear();
-        for (const int c : part.others) {
-            const Projected& other = projected[static_cast<std::size_t>(c)];
-            const double at_a = along.dot(other.a - p), at_b = along.dot(other.b - p);
-            if (std::min(at_a, at_b) > other.most || std::max(at_a, at_b) < -other.most) continue;
-            const double aside_a = across.dot(other.a - p), aside_b = across.dot(other.b - p),
-                         reach = other.most + part.radius;
+        for (const Part& covers : part.others) {
+            const Projected& whole = projected[static_cast<std::size_t>(covers.capsule)];
+            // Most lie elsewhere.
+            const double at_a = along.dot(whole.a - p), at_b = along.dot(whole.b - p);
+            if (std::min(at_a, at_b) > whole.most || std::max(at_a, at_b) < -whole.most) continue;
+            const double aside_a = across.dot(whole.a - p), aside_b = across.dot(whole.b - p),
+                         reach = whole.most + part.radius;
             if (std::min(aside_a, aside_b) > reach || std::max(aside_a, aside_b) < -reach) continue;
-            if (const auto span = covered(p, across, other.a, other.at_a, other.b, other.at_b))
+            const auto mixed = []<class Value>(const Value& a, const Value& b, double t) {
+                return Value((1 - t) * a + t * b);
+            };
+            if (const auto span = plan::covered(p, across, mixed(whole.a, whole.b, covers.from),
+                                                mixed(whole.at_a, whole.at_b, covers.from),
+                                                mixed(whole.a, whole.b, covers.to),
+                                                mixed(whole.at_a, whole.at_b, covers.to)))
                 spans.push_back(*span);
         }
         const double projected_length = fraction * part.length;

@@ -88,10 +88,15 @@ public:
     double length() const { return length_; }          // of all stretches [mm]
 
 private:
+    /// Of a capsule, from one fraction of its axis to another.
+    struct Part {
+        int capsule;
+        double from, to;
+    };
     struct Piece {
         geometry::Vec3 centre, along;  // [mm], unit
         double radius, length;         // [mm]
-        std::vector<int> others;       // capsules that may cover it, ascending
+        std::vector<Part> others;      // what may cover it
     };
     struct Capsule {
         geometry::Vec3 a, b;  // [mm]
@@ -132,12 +137,12 @@ struct BestView {
 };
 
 /// Views at least `apart` [rad] from each other, the best first: each stands for the node of least cost that
-/// is so far from those before, and is the one nearest to AP of those that cost at most `as_good` more, for
-/// the way through the patient is longer, and the dose higher, the farther the arm is turned. A stretch that
-/// is nearly straight is shown alike by a whole circle of angles. As much as that was lost in the mean in the
-/// regions that Garcia et al. 2009 call optimal (foreshortening 5.8 ± 3.9 % in the left, 5.6 ± 3.6 % in the
-/// right coronary artery). Fewer views where the stand takes no more.
-inline constexpr double usual_apart = 20 * geometry::degree, as_good = 0.05;
+/// is so far from those before, and is the one nearest to AP of those that cost at most `alike` more. The way
+/// through the patient is longer, and the dose higher, the farther the arm is turned, and a stretch that is
+/// nearly straight is shown alike by a whole circle of angles. By default as much is given up for that as a
+/// turn by 10° costs a vessel that was seen at its full length: 1 − cos 10°. Fewer views where the stand
+/// takes no more.
+inline constexpr double usual_apart = 20 * geometry::degree, as_good = 0.0152;
 std::vector<BestView> best_views(const ViewMap&, int count = 3, double apart = usual_apart,
                                  double alike = as_good);
 
