@@ -157,7 +157,7 @@ int views(const ViewsArguments& arguments) {
                 run::write_picture(folder / fmt::format("{}_best_{}.png", name, i + 1), pictures[i]);
         }
     }
-    const Json document = {{"scenario", scenario.name}, {"steps", steps}};
+    const Json document = {{"schema", 1}, {"scenario", scenario.name}, {"steps", steps}};
     if (own) {
         io::write_whole(folder / "views.json",
                         document.dump(2, ' ', true, Json::error_handler_t::replace) + "\n");
@@ -195,7 +195,7 @@ Command add_views(CLI::App& parser) {
         ->add_option("--side", arguments->side,
                      "Branch whose first 10 mm have to be seen too, and free: a bifurcation")
         ->type_name("NAME");
-    command->add_flag("--way", arguments->way, "Every vessel on the way to the target, each by itself");
+    command->add_flag("--way", arguments->way, "Every part of the way to the target, each by itself");
     command
         ->add_option("--contrast", arguments->contrast,
                      "Branch at whose origin contrast comes in, which fills it and all that leave it; else "

@@ -23,11 +23,11 @@ using geometry::CentrelineBranch;
 using geometry::Vec2;
 using geometry::Vec3;
 
-constexpr double at_origin = 1;     // a stretch begins at an ostium that begins nearer to it [mm]
-constexpr double last_part = 30;    // of the way, at most [mm]
-constexpr double least_part = 10;   // and at least [mm]
-constexpr double least_on_way = 5;  // of a branch on the way [mm]
-constexpr double piece = 0.5;       // of a stretch [mm]
+constexpr double at_origin = 1;    // a stretch begins at an ostium that begins nearer to it [mm]
+constexpr double last_part = 30;   // of the way, at most [mm]
+constexpr double least_part = 10;  // and at least [mm]
+constexpr double least_on_way = 5, most_on_way = 120;  // of a branch on the way [mm]
+constexpr double piece = 0.5;                          // of a stretch [mm]
 constexpr int least_pieces = 8;
 
 const CentrelineBranch& branch_of(const Anatomy& anatomy, int branch) {
@@ -167,8 +167,14 @@ std::vector<ViewTarget> view_targets_on_way(const Anatomy& anatomy, const Vec3& 
         const BranchArc arc(anatomy, one.branch);
         const double a = arc.arcs[static_cast<std::size_t>(std::min(one.from, one.to))],
                      b = arc.arcs[static_cast<std::size_t>(std::max(one.from, one.to))];
-        const ViewStretch stretch{one.branch, std::max(a, std::min(0.0, b)), b};
-        if (stretch.to - stretch.from >= least_on_way) targets.push_back(target_of(anatomy, stretch));
+        const double begin = std::max(a, std::min(0.0, b)), length = b - begin;
+        if (length < least_on_way) continue;
+        const int parts = static_cast<int>(std::ceil(length / most_on_way));
+        for (int k = 0; k < parts; ++k) {
+            const int part = one.from <= one.to ? k : parts - 1 - k;
+            targets.push_back(target_of(
+                anatomy, {one.branch, begin + length * part / parts, begin + length * (part + 1) / parts}));
+        }
     }
     return targets;
 }

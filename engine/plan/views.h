@@ -49,8 +49,8 @@ ViewTarget view_target(const anatomy::Anatomy&, std::string_view branch, double 
 /// The last part of the way to a place: at most 30 mm of its branch that end there, at least 10 mm where the
 /// branch has them. Throws InputError for a place in no vessel.
 ViewTarget view_target_at(const anatomy::Anatomy&, const geometry::Vec3&);
-/// The stretches of the way from one place to the other, a target for each branch on it, in order; parts
-/// shorter than 5 mm are left out.
+/// The stretches of the way from one place to the other, in order: of each branch on it, in equal parts of at
+/// most 120 mm, which a field shows; of less than 5 mm there is none.
 std::vector<ViewTarget> view_targets_on_way(const anatomy::Anatomy&, const geometry::Vec3& from,
                                             const geometry::Vec3& to);
 

@@ -420,6 +420,12 @@ TEST(Views, TheLastPartOfTheWayIsWhatIsShown) {
     EXPECT_NEAR(way[0].stretches[0].to - way[0].stretches[0].from, 50, 2);
     EXPECT_EQ(way[1].stretches[0].branch, 1);
     EXPECT_TRUE(way[1].ostium);
+    // A long way is in parts, in its order: here up from the end.
+    const std::vector<ViewTarget> up =
+        view_targets_on_way(test::straight_vessel(300, 2), {0, 0, -290}, {0, 0, -10});
+    ASSERT_EQ(up.size(), 3u);
+    for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_NEAR(up[k].stretches[0].from, 290 - 280.0 / 3 * static_cast<double>(k + 1), 1);
 }
 
 TEST(Views, RefuseWhatIsNoStretch) {
