@@ -509,7 +509,7 @@ TEST(Views, OfPresetsAreNearPublishedOnesAsFarAsTheAnatomyIs) {
 
 /// Renal arteries that leave the aorta in the directions that CT measured: Beregi 1999, 24 degrees forward on
 /// the right, 11 backward on the left. The views are those that others found by MR (Bates 2006: LAO 21 and 9)
-/// and by CT (J Vasc Interv Radiol 1999;10:37: LAO 30 and 7).
+/// and by CT (doi:10.1016/s1051-0443(99)70007-2: LAO 30 and 7).
 TEST(Views, OfRenalArteriesAsCtMeasuredThemAreThePublishedOnes) {
     Anatomy anatomy = test::straight_vessel(100, 9);
     const auto leaves = [&](const char* name, double side, double forward) {
