@@ -383,8 +383,8 @@ ViewFigures ViewedTarget::figures(const ViewAngles& angles) const {
 }
 
 ViewMap view_map(const ViewedTarget& target, const Stand& stand, double step) {
-    if (!(step >= 0.5 && step <= 30))
-        throw io::InputError("expected a step of 0.5 to 30 degrees between angles, found {}",
+    if (!(step >= 1 && step <= 30))
+        throw io::InputError("expected a step of 1 to 30 degrees between angles, found {}",
                              io::number_text(step));
     // Whole steps from 0 to either side, so that AP is a node.
     const auto angles = [&](const render::ArmLimits::Range& range) {

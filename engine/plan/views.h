@@ -125,7 +125,7 @@ struct ViewMap {
     ViewAngles angles(std::size_t node) const { return {lao[node % lao.size()], cranial[node / lao.size()]}; }
 };
 
-/// `step` between angles, 0.5 to 30 [deg]. The isocentre is at the target's middle.
+/// `step` between angles, 1 to 30 [deg]. The isocentre is at the target's middle.
 ViewMap view_map(const ViewedTarget&, const Stand&, double step = 5);
 ViewMap view_map(const anatomy::Anatomy&, const ViewTarget&, const Stand&, double step = 5);
 

@@ -13,10 +13,10 @@ seldinger.compat. Lengths are in mm, forces in N, angles as named.
 from typing import TYPE_CHECKING, Any
 
 from ._core import InputError, Snapshot, State, __version__, write_png
-from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios
+from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios, views
 
 __all__ = ["InputError", "Simulation", "Snapshot", "State", "VectorSimulation", "__version__", "assets", "compat",
-           "default_cache", "gym", "scenarios", "write_png"]
+           "default_cache", "gym", "scenarios", "views", "write_png"]
 
 
 if TYPE_CHECKING:
