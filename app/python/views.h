@@ -2,7 +2,6 @@
 /// Views of the C-arm as arrays.
 
 #include <optional>
-#include <pybind11/numpy.h>
 #include <string>
 #include <utility>
 #include <vector>
