@@ -46,6 +46,7 @@ Command add_show(CLI::App&);
 Command add_cache(CLI::App&);
 Command add_serve(CLI::App&);
 Command add_bake(CLI::App&);
+Command add_views(CLI::App&);
 Command add_benchmark(CLI::App&);
 Command add_check(CLI::App&);
 Command add_new(CLI::App&);

@@ -23,8 +23,8 @@ int main(int count, char** values) {
         {"Make exercises",
          {app::add_new, app::add_check, app::add_author, app::add_plan, app::add_device, app::add_anatomy}},
         {"Run without a window",
-         {app::add_run, app::add_replay, app::add_batch, app::add_render, app::add_serve, app::add_bake,
-          app::add_cache}},
+         {app::add_run, app::add_replay, app::add_batch, app::add_render, app::add_views, app::add_serve,
+          app::add_bake, app::add_cache}},
         {"Study the method", {app::add_study, app::add_relax}},
         {"Help", {app::add_help, app::add_version, app::add_completion}}};
     std::vector<app::Command> commands;

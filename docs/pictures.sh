@@ -1,6 +1,6 @@
 #!/bin/sh
 # docs/pictures.sh: makes the pictures that are put together of others: the labelled room and the four pages of the room; and the
-# frame of cine, by the program.
+# frame of cine and the map of views, by the program.
 # Needs chromium and cwebp (package webp). The pictures that it takes are photographs of the window of `seldinger play`,
 # 1280 x 800 pixels.
 set -eu
@@ -15,5 +15,7 @@ picture() { # PAGE OUT
 ../../build/release/bin/seldinger render coronary_lad --commands solution --frame 12 --mode cine --lao -30 --cranial -20 \
     --out "$scratch/cine.png"
 cwebp -quiet -q 90 "$scratch/cine.png" -o cine.webp
+../../build/release/bin/seldinger views renal --no-pictures --out "$scratch/views" >/dev/null
+cwebp -quiet -q 90 "$scratch/views/views.png" -o views-map.webp
 picture room-labels.html room-labels.webp
 picture room-pages.html ../../assets/pictures/room-pages.webp

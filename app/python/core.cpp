@@ -15,6 +15,7 @@
 #include "app/python/episodes.h"
 #include "app/python/free.h"
 #include "app/python/values.h"
+#include "app/python/views.h"
 #include "engine/episode/episode.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -331,6 +332,18 @@ PYBIND11_MODULE(_core, m) {
           py::arg("from_"), py::arg("list"), py::arg("patient"), py::arg("threads"), py::arg("seed"),
           py::arg("restarts"), py::arg("frames"), py::arg("time_limit_s"), py::arg("cache"),
           py::call_guard<Call>());
+    m.def(
+        "_views",
+        [](const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
+           const Overrides& overrides, const std::string& cache, const std::optional<std::string>& branch,
+           const std::optional<double>& from, const std::optional<double>& to, const std::string& side,
+           const std::string& contrast, double step, double apart) {
+            return views(file, text, catalogue, overrides, cache,
+                         {branch, from, to, side, contrast, step, apart});
+        },
+        py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"), py::arg("cache"),
+        py::arg("branch"), py::arg("from_mm"), py::arg("to_mm"), py::arg("side"), py::arg("contrast"),
+        py::arg("step_deg"), py::arg("apart_deg"), py::call_guard<Call>());
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png,
           py::call_guard<Call>());
     m.def(

@@ -205,6 +205,16 @@ TEST_F(Commands, SayWhatIsWrongAndWhatWouldDo) {
         {{"new", "a/b"}, "seldinger new: name: expected a name of up to 64 letters"},
         {{"benchmark", "--of", "renal"}, "--of: expected --played NUMBER with it, found none"},
         {{"benchmark"}, "expected either a folder of recordings or --played NUMBER, found neither"},
+        {{"views", "straight", "--branch", "tub", "--from-mm", "0", "--to-mm", "9"},
+         "expected a branch of straight, found 'tub' (did you mean 'tube'?)"},
+        {{"views", "straight", "--branch", "tube", "--from-mm", "9", "--to-mm", "9"},
+         "expected a stretch of tube at least 1 mm long, found one from 9 to 9 mm"},
+        {{"views", "straight", "--branch", "tube", "--from-mm", "9", "--to-mm", "900"},
+         "mm from the origin of tube, found 900 mm"},
+        {{"views", "straight", "--branch", "tube", "--from-mm", "9"},
+         "seldinger views: --branch: expected --from-mm and --to-mm with it, found --from-mm alone"},
+        {{"views", "straight", "--to-mm", "9"}, "--to-mm: expected --branch with it, found none"},
+        {{"views", "straight", "--contrast", "x"}, "--contrast: expected a branch of straight, found 'x'"},
         {{"completion", "tcsh"}, "expected bash, zsh or fish, found 'tcsh'"}};
     for (const auto& [words, expected] : cases) {
         SCOPED_TRACE(testing::PrintToString(words));

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from ._core import InputError, Snapshot, State, __version__, write_png
 from .planning import Plan, plan
-from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios
+from .simulation import Simulation, VectorSimulation, assets, default_cache, scenarios, views
 
 __all__ = ["InputError", "Plan", "Simulation", "Snapshot", "State", "VectorSimulation", "__version__", "assets", "compat",
-           "default_cache", "gym", "plan", "scenarios", "write_png"]
+           "default_cache", "gym", "plan", "scenarios", "views", "write_png"]
 
 
 if TYPE_CHECKING:

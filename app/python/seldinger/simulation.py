@@ -109,6 +109,36 @@ def facts(scenario: Scenario, set: Optional[Mapping[str, Any]] = None) -> dict[s
     return _core._facts(file, text, str(assets() / "devices"), _overrides(set))
 
 
+def _folder(cache: Union[str, "os.PathLike[str]", None]) -> str:
+    if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
+        raise InputError(f"cache: {cache!r} was given; expected a folder, '' or None")
+    return str(default_cache()) if cache is None else os.fspath(cache)
+
+
+def views(scenario: Scenario, *, branch: Optional[str] = None, from_mm: Optional[float] = None,
+          to_mm: Optional[float] = None, side: Optional[str] = None, contrast: Optional[str] = None,
+          step_deg: float = 5.0, apart_deg: float = 20.0, set: Optional[Mapping[str, Any]] = None,
+          cache: Union[str, "os.PathLike[str]", None] = None) -> dict[str, Any]:
+    """How well the C-arm shows a stretch of the vessels from every angle, as `seldinger views`; docs/plan.md.
+
+    scenario   a name, a file or a dict, as of Simulation
+    branch     vessel to show, with from_mm and to_mm from its origin; by default the last part of the way to the target
+    side       branch whose first 10 mm have to be seen too: a bifurcation
+    contrast   branch at whose origin contrast comes in; by default the flush catheter's, else all vessels are filled
+    step_deg   between angles, 1 to 30; apart_deg: between the best views at least, 1 to 90
+    set        values of scenario keys, as of Simulation
+
+    Returns a dict: target, a text; lao_deg (n,) and cranial_deg (m,), RAO and caudal negative; foreshortening, overlap,
+    ostium_deg and cost (m, n) float64; free (m, n) bool, whether the stand takes the angle; best_deg (k, 2) float64, LAO and
+    cranial of the best views, three or fewer. Raises InputError for a branch or stretch that does not exist."""
+    file, text = _located(scenario)
+    for name, given in (("branch", branch), ("side", side), ("contrast", contrast)):
+        if not isinstance(given, (str, type(None))):
+            raise InputError(f"{name}: {given!r} was given; expected the name of a branch or None")
+    return _core._views(file, text, str(assets() / "devices"), _overrides(set), _folder(cache), branch, from_mm, to_mm,
+                        side or "", contrast or "", step_deg, apart_deg)
+
+
 class _Closes:
     """A context manager that closes itself."""
 
@@ -181,10 +211,7 @@ class Simulation(_core.Simulation, _Closes):
         if not isinstance(images, (bool, np.bool_, str, int, type(None))) or images not in _IMAGES:
             raise InputError(f"images: {images!r} was given; expected False, 'dose' or True")
         overrides = _overrides(set)
-        if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
-            raise InputError(f"cache: {cache!r} was given; expected a folder, '' or None")
-        folder = str(default_cache()) if cache is None else os.fspath(cache)
-        return file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel)
+        return file, text, str(assets() / "devices"), overrides, _IMAGES[images], _folder(cache), bool(panel)
 
     def __reduce__(self) -> Tuple[Any, ...]:
         return _opened, (type(self), self.__dict__, self._target(), self.snapshot())
