@@ -11,6 +11,7 @@
 #include "engine/io/files.h"
 #include "engine/plan/plan.h"
 #include "engine/plan/report.h"
+#include "engine/scenario/placement.h"
 
 namespace app {
 namespace {
@@ -78,11 +79,11 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
     of.vessels = scenario::anatomy_of(scenario, options.cache);
     const auto end = anatomy::find_end(of.vessels, scenario.entry.end);
     if (end) of.entry = of.vessels.ends[static_cast<std::size_t>(*end)].opening.centre;
-    of.target = scenario.target.centre.value_or(of.entry);
-    for (const anatomy::VesselTarget& target : of.vessels.targets)
-        if (target.name == scenario.target.name) of.target = target.centre;
+    of.target = scenario::target_of(scenario, of.vessels);
     of.target_radius = scenario.target.radius;
     of.risks = plan::risks(of.vessels, of.entry, of.target, 2 * scenario.thickest_radius());
+    of.views = plan::views_on_way(scenario, of.vessels, options.cache);
+    of.pictures = plan::pictures_of(scenario, of.vessels, of.views, options.cache);
     of.not_tried = {
         "Other devices than those in the table, other accesses, and other shapes of a tip.",
         "Contrast, exchanges for devices of the tray, and treatment: a course brings a device to the target.",
@@ -154,7 +155,9 @@ int merge(const PlanArguments& arguments, const plan::PlanOptions& options) {
             all.push_back(std::move(one));
         }
     }
-    io::make_folder(fs::path(arguments.out) / candidates_folder);
+    io::OwnFolder own(arguments.out);
+    own.make(candidates_folder);
+    own.keep();
     for (const plan::Planned& one : all)
         io::write_whole(file_of(arguments.out, one.name), plan::to_json(one));
     write_plan(all, arguments, options);
@@ -208,7 +211,9 @@ int make_plan(const PlanArguments& arguments) {
                                   *arguments.shard, candidates.size());
             candidates = std::move(own);
         }
-        io::make_folder(fs::path(arguments.out) / candidates_folder);
+        io::OwnFolder own(arguments.out);
+        own.make(candidates_folder);
+        own.keep();
         for (std::size_t k = 0; k < candidates.size(); ++k) {
             options.progress = [&](double part, const std::string& doing) {
                 bar.show((static_cast<double>(k) + part) / static_cast<double>(candidates.size()), doing);

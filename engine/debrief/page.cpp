@@ -319,19 +319,6 @@ std::string notes(const Story& story) {
     return text + "</ul></details>";
 }
 
-std::string base64(std::span<const std::uint8_t> bytes) {
-    constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t word = 0;
-        for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0);
-        for (std::size_t k = 0; k < 4; ++k) text += k <= left ? letters[word >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
 std::string pictures(const Story& story) {
     std::string text = "<div class=\"frames\">";
     for (const KeyFrame& frame : story.key_frames)
@@ -460,6 +447,19 @@ std::string teacher_section(const Story& story) {
 }
 
 }  // namespace
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+    constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+        std::uint32_t word = 0;
+        for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0);
+        for (std::size_t k = 0; k < 4; ++k) text += k <= left ? letters[word >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
 
 std::string page(std::span<const Story> stories, const Story* expert) {
     const Story& story = stories.back();

@@ -2,8 +2,10 @@
 /// A page that teaches: one self-contained HTML file, without scripts or pictures from elsewhere, that a
 /// browser opens from disk.
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/debrief/story.h"
 
@@ -14,5 +16,8 @@ namespace debrief {
 /// and, from two attempts on, the learning curve. There must be a story; all are of one exercise. `expert`
 /// may be null.
 std::string page(std::span<const Story> stories, const Story* expert);
+
+/// The bytes of a picture as the text that a page holds it in.
+std::string base64(std::span<const std::uint8_t> bytes);
 
 }  // namespace debrief

@@ -92,8 +92,26 @@ bool better(const Judged& a, const Judged& b) {
     return order(a) < order(b);
 }
 
-Judged judge(const exercise::Exercise& start, const Course& course, bool with_dose,
-             const JudgeOptions& options) {
+std::vector<Moment> moments_of(exercise::Exercise& exercise, const Course& course) {
+    std::vector<Moment> moments;
+    const exercise::Reader reader(exercise.simulation());
+    play(exercise, course.script(), [&] {
+        const exercise::Observation seen = reader.read(exercise);
+        const auto& pushes = seen.push.of;
+        moments.push_back({seen.time, exercise.simulation().tip_to_target(), seen.wall_force,
+                           *std::ranges::max_element(pushes, {}, [](double push) { return std::abs(push); }),
+                           exercise.simulation().tip()});
+    });
+    return moments;
+}
+
+void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
+    exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
+    judged.moments = moments_of(exercise, judged.course);
+    judged.score = exercise.finish();
+}
+
+Judged judge(const exercise::Exercise& start, const Course& course, const JudgeOptions& options) {
     Judged judged;
     judged.course = course;
     const script::CommandScript script = course.script();
@@ -114,18 +132,6 @@ Judged judge(const exercise::Exercise& start, const Course& course, bool with_do
         judged.defects = exact.defects;
         judged.score = exact.score;
     }
-    if (!with_dose) return judged;
-    exercise::Exercise exercise(s, exercise::Pictures::Dose, options.cache);
-    const exercise::Reader reader(exercise.simulation());
-    play(exercise, script, [&] {
-        const exercise::Observation seen = reader.read(exercise);
-        const auto& pushes = seen.push.of;
-        judged.moments.push_back(
-            {seen.time, exercise.simulation().tip_to_target(), seen.wall_force,
-             *std::ranges::max_element(pushes, {}, [](double push) { return std::abs(push); }),
-             exercise.simulation().tip()});
-    });
-    judged.score = exercise.finish();
     return judged;
 }
 
@@ -162,7 +168,7 @@ Judged improved(const exercise::Exercise& start, Judged judged, const JudgeOptio
             if (end - k > length) from = k, length = end - k;
             k = std::max(end, k + 1);
         }
-        Judged other = judge(start, turned(from + (length - 1) / 2 - sides), false, options);
+        Judged other = judge(start, turned(from + (length - 1) / 2 - sides), options);
         if (other.reaches && other.success() > judged.success()) judged = std::move(other);
         if (judged.hands_reach == judged.hands) break;
     }

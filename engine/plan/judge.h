@@ -45,9 +45,12 @@ struct JudgeOptions {
     std::function<bool()> stop;
 };
 
-/// The beam is on from the first frame, in the view that the exercise starts with, or that lines of the
-/// course set; a dose is measured where `with_dose`.
-Judged judge(const exercise::Exercise& start, const Course&, bool with_dose, const JudgeOptions&);
+/// Without dose.
+Judged judge(const exercise::Exercise& start, const Course&, const JudgeOptions&);
+
+/// The frames of the exact hand; where the course sets beam and views, the score with their dose.
+void play_with_dose(Judged&, const scenario::Scenario&, const JudgeOptions&);
+std::vector<Moment> moments_of(exercise::Exercise&, const Course&);
 
 /// The course with each of its turns led to the middle of what succeeds, as far as more hands reach with it.
 Judged improved(const exercise::Exercise& start, Judged, const JudgeOptions&);

@@ -10,6 +10,7 @@
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "engine/plan/way_views.h"
 #include "physics/geometry/hash.h"
 
 namespace plan {
@@ -158,7 +159,7 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
             for (const Course& course : distinct(found.courses)) {
                 stop_asked();
                 say(0.7 + 0.02 * judged++, "inexact hands");
-                Judged one = judge(*start, course, false, judging);
+                Judged one = judge(*start, course, judging);
                 if (one.reaches && (!best || preferred(one, *best))) best = std::move(one);
                 if (best && best->success() >= 1 && is_within(*best, options)) break;
             }
@@ -168,12 +169,16 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
             stop_asked();
         }
         if (!best) return planned;
-        say(0.9, "dose");
-        const Judged whole = judge(*start, with_beam(best->course), true, judging);
-        planned.reached = whole.reaches;
+        say(0.9, "views and dose");
+        const anatomy::Anatomy& vessels = start->simulation().anatomy();
+        exercise::Exercise exact(*start);
+        best->course = with_views(best->course, views_on_way(scenario, vessels, options.cache), vessels,
+                                  moments_of(exact, best->course));
+        play_with_dose(*best, scenario, judging);
+        planned.reached = true;
         planned.within_limits = is_within(*best, options);
-        take(planned, whole);
-        planned.course = whole.course.text();
+        take(planned, *best);
+        planned.course = best->course.text();
     } catch (const io::InputError& error) {
         planned.refused = error.what();
     }

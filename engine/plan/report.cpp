@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "engine/debrief/chart.h"
+#include "engine/debrief/page.h"
 #include "engine/debrief/page_text.h"
 #include "engine/io/text.h"
 
@@ -101,6 +102,29 @@ std::string failures(const std::vector<Planned>& all) {
     return text.empty() ? "" : "<h2>Where the others fail</h2>" + text;
 }
 
+std::string views_of(const ReportCase& of) {
+    if (of.views.empty()) return "";
+    std::string text =
+        "<h2>Views, step by step</h2><p class=\"about\">The best of all angles that stand, table and patient "
+        "leave free: little foreshortening, little covered by other vessels, ostia in profile.</p>"
+        "<div class=\"frames\">";
+    for (std::size_t k = 0; k < of.views.size(); ++k) {
+        const StepViews& step = of.views[k];
+        text += "<figure>";
+        if (k < of.pictures.size() && !of.pictures[k].empty())
+            text += fmt::format("<img alt=\"angiogram of step {}\" src=\"data:image/png;base64,{}\">", k + 1,
+                                debrief::base64(of.pictures[k]));
+        text += fmt::format("<figcaption>{}. {}<br>", k + 1, html_escaped(step.target.name));
+        for (const BestView& view : step.best)
+            text += fmt::format("<b>{}</b>: {:.0f}&nbsp;% foreshortened, {:.0f}&nbsp;% covered<br>",
+                                html_escaped(text_of(view.angles)), 100 * view.figures.foreshortening,
+                                100 * view.figures.overlap);
+        if (step.best.empty()) text += "no angle that stand and patient leave free";
+        text += "</figcaption></figure>";
+    }
+    return text + "</div>";
+}
+
 std::string sensitivity_table(const Planned& one) {
     if (one.sensitivities.empty()) return "";
     std::string text =
@@ -155,7 +179,8 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
         "wall in steps of 0.05&nbsp;N, its mean in steps of 0.02&nbsp;N, turns and time. Ten hands are off "
         "by "
         "up to 5&nbsp;% of every amount, five play at the keys of the room. The dose is that of "
-        "fluoroscopy in the view of the start, the beam on from the first frame; no contrast is given.</p>";
+        "fluoroscopy in the best view of each step, the beam on from the first frame; no contrast is "
+        "given.</p>";
     if (!forces.empty())
         body += "<h2>Force on the wall</h2>" +
                 debrief::line_chart("time, s", "largest force of one joint on the wall, N", forces);
@@ -172,6 +197,7 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
                     text += html_escaped(line) + "\n";
                 return text;
             }());
+    body += views_of(of);
     body += failures(ranked);
     body += risks.empty() ? "" : "<h2>What makes the way hard</h2><ul class=\"advice\">" + risks + "</ul>";
     if (!ranked.empty()) body += sensitivity_table(ranked.front());

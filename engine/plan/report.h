@@ -6,6 +6,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/plan/plan.h"
+#include "engine/plan/way_views.h"
 
 namespace plan {
 
@@ -15,7 +16,9 @@ struct ReportCase {
     geometry::Vec3 entry = geometry::Vec3::Zero(), target = geometry::Vec3::Zero();
     double target_radius = 0;  // [mm]
     std::vector<Risk> risks;
-    std::vector<std::string> not_tried;  // sentences
+    std::vector<StepViews> views;                     // of each step of the way
+    std::vector<std::vector<std::uint8_t>> pictures;  // PNG of the best view of each; empty: none
+    std::vector<std::string> not_tried;               // sentences
 };
 
 /// Vessels from two sides with the ways of the best courses; all candidates, ranked; the best course; force

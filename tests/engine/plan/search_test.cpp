@@ -106,13 +106,13 @@ TEST(PlanJudge, CountsTheHandsThatReachAndPrefersMoreOfThem) {
     ASSERT_FALSE(found.courses.empty());
     JudgeOptions options;
     options.cache = cache;
-    const Judged judged = judge(start, found.courses.front(), false, options);
+    const Judged judged = judge(start, found.courses.front(), options);
     EXPECT_TRUE(judged.reaches);
     EXPECT_EQ(judged.hands, 10);
     EXPECT_GE(judged.hands_reach, 5);
     Course short_of_it = found.courses.front();
     short_of_it.lines.pop_back();
-    const Judged none = judge(start, short_of_it, false, options);
+    const Judged none = judge(start, short_of_it, options);
     EXPECT_FALSE(none.reaches);
     EXPECT_EQ(none.hands_reach, 0);
     EXPECT_TRUE(better(judged, none));
