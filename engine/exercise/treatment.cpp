@@ -474,7 +474,7 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
             const bool touches = physics::contact_pressure(loads, place.radius) > 0;
             if (touches) {
                 tears.ratio = place.radius / place.reference;
-                tally_.largest_ratio = std::max(tally_.largest_ratio, tears.ratio);
+                if (now.pressure >= drawn) tally_.largest_ratio = std::max(tally_.largest_ratio, tears.ratio);
                 tear(tears, dissects);
             }
             if (radius >= seals * place.radius && now.plugs < 0) now.plugs = tears.branch, now.plug = at;
