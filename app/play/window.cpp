@@ -60,7 +60,9 @@ constexpr std::pair<std::string_view, int> buttons[] = {
     {"GamepadUp", GLFW_GAMEPAD_BUTTON_DPAD_UP},
     {"GamepadRight", GLFW_GAMEPAD_BUTTON_DPAD_RIGHT},
     {"GamepadDown", GLFW_GAMEPAD_BUTTON_DPAD_DOWN},
-    {"GamepadLeft", GLFW_GAMEPAD_BUTTON_DPAD_LEFT}};
+    {"GamepadLeft", GLFW_GAMEPAD_BUTTON_DPAD_LEFT},
+    {"GamepadLeftStick", GLFW_GAMEPAD_BUTTON_LEFT_THUMB},
+    {"GamepadRightStick", GLFW_GAMEPAD_BUTTON_RIGHT_THUMB}};
 
 std::optional<GLFWgamepadstate> gamepad() {
     GLFWgamepadstate state;

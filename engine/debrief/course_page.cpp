@@ -37,8 +37,9 @@ td.text,th.text{text-align:left}
 .card p{margin:2px 0}
 .learner{margin:0 0 22px}
 .learner svg{width:150px;height:34px;display:inline-block;vertical-align:middle}
-details table,h3+.wide table{font-size:12px}
-details th,details td,h3+.wide th,h3+.wide td{padding:3px 6px}
+details table,h3+.wide table,h4+.wide table{font-size:12px}
+details th,details td,h3+.wide th,h3+.wide td,h4+.wide th,h4+.wide td{padding:3px 6px}
+h4{font-size:13px;margin:10px 0 0}
 .day,.state{white-space:nowrap}
 .what{min-width:150px}
 a{color:var(--accent)}
@@ -270,6 +271,41 @@ std::string attempts_table(std::span<const CourseRow* const> rows, const CourseP
     return text + "</tbody></table></div>";
 }
 
+/// What balloons and stents made of it, a line for each attempt. Empty where there was nothing to treat.
+std::string treatment_table(std::span<const CourseRow* const> rows) {
+    const auto two = [](const std::optional<double>& proximal, const std::optional<double>& distal,
+                        const char* form) {
+        const auto text = [form](const std::optional<double>& value) {
+            return value ? fmt::format(fmt::runtime(form), *value) : std::string(none);
+        };
+        return proximal || distal ? text(proximal) + " / " + text(distal) : std::string(none);
+    };
+    std::string body;
+    for (const CourseRow* row : rows) {
+        if (!row->treatment) continue;
+        const CourseTreatment& t = *row->treatment;
+        body += fmt::format(
+            "<tr><td class=\"day\">{}</td><td "
+            "class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"
+            "<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            row->day ? day_text(*row->day) : none,
+            html_escaped(row->title.empty() ? row->exercise : row->title), row->attempt,
+            number(t.residual, 0), number(t.lumen, 2), number(t.gradient, 0), number(t.covered, 0),
+            two(t.missed_proximal, t.missed_distal, "{:.1f}"), two(t.proximal_off, t.distal_off, "{:+.1f}"),
+            t.dissections_left > 0 ? fmt::format("{}, {} left", t.dissections, t.dissections_left)
+                                   : fmt::format("{}", t.dissections),
+            t.ruptures, t.bursts, t.inflations, number(t.balloon_to_artery, 2));
+    }
+    if (body.empty()) return "";
+    return "<h4>Balloons and stents</h4><div class=\"wide\"><table "
+           "class=\"treated\"><thead><tr><th>day</th><th class=\"text "
+           "what\">exercise</th><th>attempt</th><th>residual stenosis, %</th><th>lumen, mm</th><th>gradient, "
+           "mmHg</th><th>covered by stents, %</th><th>missed at its ends, mm</th><th>stent's ends off plan, "
+           "mm</th><th>dissec&shy;tions</th><th>rup&shy;tures</th><th>bursts</th><th>infla&shy;tions</th>"
+           "<th>balloon to artery</th></tr></thead><tbody>" +
+           body + "</tbody></table></div>";
+}
+
 std::string learner_section(const Course& course, const LearnerCourse& learner) {
     std::string text = fmt::format("<section class=\"learner\" id=\"learner-{}\"><h3>{}</h3>",
                                    course.place(learner), name_of(learner));
@@ -298,8 +334,9 @@ std::string learner_section(const Course& course, const LearnerCourse& learner) 
     for (const CourseRow* row : learner.attempts)
         if (course.plan.find(row->exercise)) inside.push_back(row);
     if (!inside.empty())
-        text += fmt::format("<details><summary>{}, with dose, errors and debriefing</summary>{}</details>",
-                            counted(inside.size(), "attempt"), attempts_table(inside, course.plan));
+        text += fmt::format("<details><summary>{}, with dose, errors and debriefing</summary>{}{}</details>",
+                            counted(inside.size(), "attempt"), attempts_table(inside, course.plan),
+                            treatment_table(inside));
     return text + "</section>";
 }
 
@@ -340,7 +377,8 @@ std::string outside(const Course& course) {
         for (const CourseRow* row : learner.attempts)
             if (!course.plan.find(row->exercise)) rows.push_back(row);
         if (!rows.empty())
-            text += fmt::format("<h3>{}</h3>{}", name_of(learner), attempts_table(rows, course.plan));
+            text += fmt::format("<h3>{}</h3>{}{}", name_of(learner), attempts_table(rows, course.plan),
+                                treatment_table(rows));
     }
     return text.empty() ? "" : "\n<h2>Attempts outside the course</h2>" + text;
 }
@@ -377,7 +415,15 @@ std::string meanings() {
         "attempt was begun, as its recording says; where it does not, its file was last "
         "written.</dd><dt>Points of each</dt><dd>Attempts "
         "in "
-        "order; the dashed line passes, a ring did not reach the target.</dd></dl>",
+        "order; the dashed line passes, a ring did not reach the target.</dd><dt>Balloons and "
+        "stents</dt><dd>Raw values at the attempt's end; of several lesions the worst. Missed is the length "
+        "of "
+        "the lesion that no stent reaches, at its proximal and its distal end. Off plan is how far the "
+        "stent's "
+        "proximal and distal ends lie from where the exercise wants them, + too far distal. Dissections and "
+        "ruptures are the balloon's; those left have no stent over them. Balloon to artery is the widest "
+        "that "
+        "an inflated balloon opened a vessel, over its diameter without plaque.</dd></dl>",
         html_escaped(exercise::grade_formula), most_costly, recent_attempts, least_cost, clear_fall);
 }
 

@@ -44,7 +44,8 @@ std::string Complications::problem(const script::Relieve& r, const anatomy::Anat
     return !r.kind || anatomy::branch_named(anatomy, r.branch) ? "" : unknown_branch(r.branch, anatomy);
 }
 
-void Complications::set(const script::Complicate& c, const anatomy::Anatomy& anatomy, int frame) {
+void Complications::set(const script::Complicate& c, const anatomy::Anatomy& anatomy, int frame,
+                        const std::function<bool(const Complication&)>& stays) {
     assert(problem(c, anatomy).empty());
     Complication made{c.kind, -1, c.at, c.over, c.percent, c.breath, frame};
     if (c.kind == ComplicationKind::Breath) {
@@ -54,7 +55,10 @@ void Complications::set(const script::Complicate& c, const anatomy::Anatomy& ana
         if (c.breath == script::BreathManner::Cough) made.relieved = frame;
     } else {
         made.branch = *anatomy::branch_named(anatomy, c.branch);
-        relieve({c.kind, c.branch}, anatomy, frame);
+        for (Complication& other : all_)
+            if (other.set() && other.kind == made.kind && other.branch == made.branch &&
+                !(stays && stays(other)))
+                other.relieved = frame;
     }
     all_.push_back(made);
     places_.push_back(place_of(made, anatomy));
@@ -65,6 +69,10 @@ void Complications::relieve(const script::Relieve& r, const anatomy::Anatomy& an
     const int branch = r.kind ? *anatomy::branch_named(anatomy, r.branch) : -1;
     for (Complication& c : all_)
         if (c.set() && (!r.kind || (c.kind == *r.kind && c.branch == branch))) c.relieved = frame;
+}
+
+void Complications::relieve(std::size_t which, int frame) {
+    if (all_[which].set()) all_[which].relieved = frame;
 }
 
 bool Complications::in_vessels() const {

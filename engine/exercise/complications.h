@@ -2,6 +2,7 @@
 /// What a teacher makes happen to the patient: spasm, thrombus, dissection, breath. The commands are in
 /// engine/script/command.h; what each does and where its amounts come from is in docs/complications.md.
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,9 +53,14 @@ public:
     static std::string problem(const script::Complicate&, const anatomy::Anatomy&);
     static std::string problem(const script::Relieve&, const anatomy::Anatomy&);
 
-    /// Sets one; without a problem(). One of the same kind in the same branch is relieved.
-    void set(const script::Complicate&, const anatomy::Anatomy&, int frame);
+    /// Sets one; without a problem(). Others of the same kind in the same branch are relieved, but those that
+    /// `stays` is true of.
+    void set(const script::Complicate&, const anatomy::Anatomy&, int frame,
+             const std::function<bool(const Complication&)>& stays = {});
+    /// All of a kind in a branch, or all.
     void relieve(const script::Relieve&, const anatomy::Anatomy&, int frame);
+    /// One of all().
+    void relieve(std::size_t which, int frame);
 
     /// All of the attempt, in order; those that are set() now are a teacher's list.
     std::span<const Complication> all() const { return all_; }

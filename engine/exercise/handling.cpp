@@ -170,13 +170,8 @@ void Handling::observe(const Frame& frame) {
     against_stop_ = stopped ? against_stop_ + asked_feed(frame.commands) : 0;
     note(HandlingError::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
 
-    const double force = physics::largest_force(simulation.contacts());
-    // A balloon that is inflated presses on the wall, and its figures are the treatment's; until the chain
-    // has come to rest without it, so does what is shown.
-    const Treatment& treatment = simulation.treatment();
-    const bool filled = treatment.inflation() &&
-                        (treatment.inflation()->inflated() || treatment.deflates() || report.settling);
-    note(HandlingError::HardPress, frame, !filled && force > limits_.force, force);
+    const auto press = hard_press(frame, limits_.force);
+    note(HandlingError::HardPress, frame, press.has_value(), press);
     note_injuries(frame);
 
     const double distance = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
@@ -209,6 +204,15 @@ std::array<int, handling_error_kinds> counts(std::span<const HandlingErrorMark> 
     std::array<int, handling_error_kinds> counts = {};
     for (const HandlingErrorMark& mark : marks) ++counts[static_cast<std::size_t>(mark.kind)];
     return counts;
+}
+
+std::optional<double> hard_press(const Frame& frame, double limit) {
+    const Treatment& treatment = frame.simulation.treatment();
+    if (treatment.inflation() &&
+        (treatment.inflation()->inflated() || treatment.deflates() || frame.motion.settling))
+        return {};
+    const double force = physics::largest_force(frame.simulation.contacts());
+    return force > limit ? std::optional(force) : std::nullopt;
 }
 
 bool in_open_field(const Simulation& simulation, const geometry::Vec3& place) {

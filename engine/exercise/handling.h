@@ -157,6 +157,11 @@ private:
     int injuries_ = 0, open_injury_ = 0;  // seen so far; 1 + index of the last one's mark
 };
 
+/// The largest force of a joint on the wall where that is above the limit and the hand's doing: a balloon
+/// that is inflated presses on the wall, and its figures are the treatment's; until the chain has come to
+/// rest without it, so does what is shown. Both the error and the room's alarm go by it [N].
+std::optional<double> hard_press(const Frame&, double limit = HandlingErrorLimits().force);
+
 /// Whether a place in the vessels' frame, moved as they are now, projects into the field that the collimator
 /// leaves open.
 bool in_open_field(const Simulation&, const geometry::Vec3&);

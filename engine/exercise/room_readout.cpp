@@ -299,7 +299,7 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
                  : std::numeric_limits<double>::quiet_NaN());
     while (pressures_.size() > curve_history * rate * pressures_a_frame) pressures_.pop_front();
 
-    const bool hard = wall_forces_.back() >= render::Readout().force_limit;
+    const bool hard = hard_press(seen).has_value();
     if (hard && !pressed_hard_) say("The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
     if (report.injuries > 0)

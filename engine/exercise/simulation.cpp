@@ -7,6 +7,7 @@
 
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/simulation_parts.h"
+#include "engine/exercise/treatment_score.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
@@ -231,7 +232,8 @@ struct Simulation::Apply {
     void operator()(const script::Inject& c) const { at.inject_through(c); }
     void operator()(const script::Reset&) const { at.reset(); }
     void operator()(const script::Complicate& c) const {
-        at.complications_.set(c, *at.anatomy_, at.frames_);
+        at.complications_.set(c, *at.anatomy_, at.frames_,
+                              [&](const Complication& other) { return is_torn(other, at.treatment_); });
         if (c.kind == script::ComplicationKind::Breath) at.breathing_.breathe(c.breath);
     }
     void operator()(const script::Relieve& c) const {

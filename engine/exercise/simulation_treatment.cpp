@@ -114,7 +114,8 @@ void Simulation::follow_events(std::size_t from, StepReport& report) {
         if (event.kind == Kind::Dissection) {
             const script::Complicate flap{script::ComplicationKind::Dissection, in_branch(), event.along,
                                           tear_length, tear_percent};
-            if (Complications::problem(flap, *anatomy_).empty()) complications_.set(flap, *anatomy_, frames_);
+            if (Complications::problem(flap, *anatomy_).empty())
+                complications_.set(flap, *anatomy_, frames_, [](const Complication&) { return true; });
         } else if (event.kind == Kind::Rupture) {
             contrast_->pierce(event.place, event.outward, rupture_width);
         } else if (event.kind == Kind::Burst && event.volume > 0) {
@@ -124,20 +125,22 @@ void Simulation::follow_events(std::size_t from, StepReport& report) {
     relieve_stented();
 }
 
-/// A stent holds a flap to the wall.
+/// A stent holds the flaps to the wall that it lies over.
 void Simulation::relieve_stented() {
     if (treatment_.stents().empty()) return;
-    for (const Complication& c : complications_.all()) {
+    for (std::size_t n = 0; n < complications_.all().size(); ++n) {
+        const Complication& c = complications_.all()[n];
         if (c.kind != script::ComplicationKind::Dissection || !c.set()) continue;
         const BranchStretch flap = stretch_of(*anatomy_, c.branch, c.at, c.over);
         const std::size_t middle = flap.axis.size() / 2;
-        for (const PlacedStent& stent : treatment_.stents())
-            for (const PlacedStent::Sample& sample : stent.samples)
-                if ((sample.at - flap.axis[middle]).norm() < covers * flap.lumen[middle] &&
-                    sample.place.stent > 0.9 * sample.place.reference)
-                    return complications_.relieve(
-                        {c.kind, anatomy_->branches[static_cast<std::size_t>(c.branch)].name}, *anatomy_,
-                        frames_);
+        const auto holds = [&](const PlacedStent::Sample& sample) {
+            return (sample.at - flap.axis[middle]).norm() < covers * flap.lumen[middle] &&
+                   sample.place.stent > 0.9 * sample.place.reference;
+        };
+        if (std::ranges::any_of(treatment_.stents(), [&](const PlacedStent& stent) {
+                return std::ranges::any_of(stent.samples, holds);
+            }))
+            complications_.relieve(n, frames_);
     }
 }
 

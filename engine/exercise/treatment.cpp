@@ -2,15 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <numbers>
 
 #include "engine/exercise/device_rules.h"
+#include "engine/exercise/treatment_along.h"
 #include "engine/io/text.h"
-#include "physics/geometry/maths.h"
 
 namespace exercise {
 namespace {
@@ -21,8 +20,6 @@ using physics::OpenedPlace;
 constexpr double spacing = physics::Narrowing::spacing;
 constexpr double same_place = 0.75;  // a place of a lesion and one of a device as near along the chain [mm]
 constexpr double seals = 0.97;       // of the lumen's radius, from which a balloon lets no blood by [-]
-constexpr double play = 0.05;        // of an inflated balloon in its vessel [mm]
-constexpr double seen_step = 0.1;    // of a lumen's radius in the image [mm]
 constexpr double apart = 15;         // of two tears of a vessel [mm]
 constexpr double passes = 1;         // pressure by which a device may squeeze plaque aside [atm]
 constexpr double drawn = 1;          // an inflation is one from here on [atm]
@@ -35,17 +32,6 @@ OpenedPlace healthy(double radius) {
 
 physics::PlaqueLaw plaque_of(const scenario::LesionSpec& spec) {
     return physics::law_of(spec.plaque);
-}
-
-double folded_radius(const scenario::Device& device) {
-    return std::max(0.5 * device.outer_diameter, device.balloon ? 0.5 * device.balloon->law.profile : 0.0);
-}
-
-/// Of a balloon's diameter at a distance from its device's tip: less in its cones.
-double fraction_at(const scenario::Balloon& balloon, double from_tip) {
-    const double s = from_tip - balloon.from_tip, out = std::max({0.0, -s, s - balloon.length});
-    if (out == 0) return 1;
-    return balloon.cone > 0 ? std::max(0.0, 1 - out / balloon.cone) : 0.0;
 }
 
 double crimped_length(const scenario::Stent& stent) {
@@ -61,90 +47,7 @@ double expanded(const PlacedStent& stent, double crimped_radius) {
                       0.0, 1.0);
 }
 
-/// Of a tube's axis from the vessel's, whose lumen has lost so much of its radius [mm].
-Vec3 aside_of(const scenario::LesionSpec& spec, const BranchStretch& stretch, std::size_t k, double lost) {
-    return spec.eccentricity * lost * (geometry::rotation(spec.angle, stretch.along[k]) * stretch.side[k]);
-}
-
 }  // namespace
-
-/// The chain, by the way along it from the introducer, with the device that has the balloon.
-class Treatment::Along {
-public:
-    Along(const physics::Chain& chain, int which, const scenario::Device* device)
-        : chain_(chain), which_(which), device_(device) {
-        arcs_.push_back(0);
-        for (int i = 1; i <= chain.segments(); ++i) arcs_.push_back(arcs_.back() + chain.lengths[i]);
-    }
-    const scenario::Device& device() const { return *device_; }
-    const scenario::Balloon* balloon() const {
-        return device_ && device_->balloon ? &*device_->balloon : nullptr;
-    }
-    double length() const { return arcs_.back(); }
-    /// Of the device's tip [mm].
-    double tip() const { return which_ < 0 ? 0.0 : chain_.devices[which_].inserted; }
-    Vec3 point(double arc) const {
-        const int i = segment(arc);
-        return chain_.joints[i - 1] + (arc - arcs_[i - 1]) * chain_.tangents[i];
-    }
-    Vec3 tangent(double arc) const { return chain_.tangents[segment(arc)]; }
-    /// Of the nearest place; NaN where the chain passes by no nearer than `within`.
-    double arc_of(const Vec3& x, double within) const {
-        double best = within, found = std::numeric_limits<double>::quiet_NaN();
-        for (int i = 1; i <= chain_.segments(); ++i) {
-            const double s =
-                std::clamp((x - chain_.joints[i - 1]).dot(chain_.tangents[i]), 0.0, chain_.lengths[i]);
-            const double away = (x - chain_.joints[i - 1] - s * chain_.tangents[i]).norm();
-            if (away < best) best = away, found = arcs_[i - 1] + s;
-        }
-        return found;
-    }
-    /// Radius of the outermost device there, an inflated balloon aside; 0 beyond them all [mm].
-    double device_radius(double arc) const {
-        double radius = 0;
-        for (int k = 0; k < static_cast<int>(chain_.devices.size()); ++k) {
-            const physics::Device& device = chain_.devices[k];
-            if (device.inserted <= arc) continue;
-            double own = 0.5 * device.spec.outer_diameter;
-            if (k == which_ && balloon() && fraction_at(*balloon(), device.inserted - arc) > 0)
-                own = folded_radius(*device_);
-            radius = std::max(radius, own);
-        }
-        return radius;
-    }
-    /// Whether another device lies around the one with the balloon there.
-    bool covered(double arc) const {
-        for (int k = which_ + 1; which_ >= 0 && k < static_cast<int>(chain_.devices.size()); ++k)
-            if (chain_.devices[k].inserted > arc) return true;
-        return false;
-    }
-    /// How much of a stretch, by distances from the device's tip, is outside the body or in another device
-    /// [mm].
-    double covered_of(double from, double to) const {
-        double most = 0;
-        for (int k = which_ + 1; k < static_cast<int>(chain_.devices.size()); ++k)
-            most = std::max(most, chain_.devices[k].inserted);
-        return std::clamp(most - (tip() - to), 0.0, to - from);
-    }
-    physics::Loads loads(double arc, const Inflation* inflation) const {
-        physics::Loads loads;
-        loads.device = device_radius(arc);
-        if (!balloon() || !inflation || !inflation->inflated() || covered(arc)) return loads;
-        loads.fraction = fraction_at(*balloon(), tip() - arc);
-        if (loads.fraction > 0) loads.balloon = &balloon()->law, loads.pressure = inflation->pressure;
-        return loads;
-    }
-
-private:
-    int segment(double arc) const {
-        const auto after = std::upper_bound(arcs_.begin() + 1, arcs_.end() - 1, arc);
-        return static_cast<int>(after - arcs_.begin());
-    }
-    const physics::Chain& chain_;
-    int which_;
-    const scenario::Device* device_;
-    std::vector<double> arcs_;
-};
 
 std::vector<std::string> Treatment::problems(const scenario::Scenario& scenario,
                                              const anatomy::Anatomy& anatomy) {
@@ -474,7 +377,7 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
             const bool touches = physics::contact_pressure(loads, place.radius) > 0;
             if (touches) {
                 tears.ratio = place.radius / place.reference;
-                tally_.largest_ratio = std::max(tally_.largest_ratio, tears.ratio);
+                if (now.pressure >= drawn) tally_.largest_ratio = std::max(tally_.largest_ratio, tears.ratio);
                 tear(tears, dissects);
             }
             if (radius >= seals * place.radius && now.plugs < 0) now.plugs = tears.branch, now.plug = at;
@@ -486,67 +389,6 @@ bool Treatment::fill_balloon(const Along& along, const blood::BloodFlow& blood,
     const int branch =
         inside ? blood.cells[static_cast<std::size_t>(blood.nearest(along.point(middle)))].branch : -1;
     return lay_sleeve(along, anatomy, branch) || now.radii != before;
-}
-
-/// Of the branch that the balloon's middle lies in: in a wider vessel, beside it, its walls are not felt.
-bool Treatment::lay_sleeve(const Along& along, const anatomy::Anatomy& anatomy, int branch) {
-    Inflation& now = inflation_.front();
-    const std::vector<physics::Narrowing::Sample> before = std::move(now.sleeve);
-    now.sleeve.clear();
-    const double folded = folded_radius(along.device());
-    physics::Bulge bulge;
-    bulge.from_tip = along.balloon()->from_tip - along.balloon()->cone;
-    bulge.radii = now.radii;
-    if (branch < 0 || *std::ranges::max_element(now.radii) < folded + seen_step) return !before.empty();
-    constexpr double past_ends = 6;  // [mm]
-    constexpr double open = 1.3;     // of the lumen's radius, where a tube touches nothing [-]
-    constexpr double funnel = 1;     // by which it widens past the balloon's ends, and in the parent [mm/mm]
-    const BranchArc branch_arc(anatomy, branch);
-    const double arcs[] = {
-        arc_on_branch(anatomy, branch, along.point(std::max(0.0, along.tip() - bulge.from_tip))),
-        arc_on_branch(anatomy, branch,
-                      along.point(std::max(0.0, along.tip() - bulge.from_tip - bulge.length())))};
-    // At whole millimetres, so that it stays where it is while the balloon does.
-    const double from = std::max(std::min(arcs[0], arcs[1]), branch_arc.begin()),
-                 to = std::max(arcs[0], arcs[1]);
-    const double first =
-                     std::max(spacing * std::floor((from - past_ends) / spacing), branch_arc.arcs.front()),
-                 last = std::min(to + past_ends, branch_arc.length);
-    for (double s = first; s <= last + 1e-9; s += spacing) {
-        physics::Narrowing::Sample sample;
-        sample.at = branch_arc.point(s);
-        sample.lumen = branch_arc.radius(s);
-        double lumen = sample.lumen;
-        for (std::size_t n = 0; n < lesions_.size(); ++n) {
-            const std::vector<double>& places = stretches_[n].arc;
-            if (lesions_[n].branch != branch || s < places.front() || s > places.back()) continue;
-            const auto k =
-                std::min(static_cast<std::size_t>((s - places.front()) / spacing), places.size() - 2);
-            const double t = std::clamp((s - places[k]) / spacing, 0.0, 1.0);
-            const auto& opened = lesions_[n].places;
-            lumen = std::min(lumen, (1 - t) * opened[k].radius + t * opened[k + 1].radius);
-            sample.aside = aside_of(specs_[n], stretches_[n], k, std::max(0.0, sample.lumen - lumen));
-        }
-        const double arc = along.arc_of(sample.at, BranchStretch::uneven * sample.lumen);
-        const double blown = std::isnan(arc) ? 0.0 : std::max(folded, bulge.radius(along.tip() - arc));
-        const double wider = std::max(0.0, blown - folded);
-        const double part = std::clamp(wider / std::max(1e-6, lumen - folded), 0.0, 1.0);
-        sample.radius = std::max(lumen - wider, folded) + play + (1 - part) * (open - 1) * sample.lumen +
-                        funnel * std::max({0.0, from - s, s - to});
-        now.sleeve.push_back(sample);
-    }
-    // Where the branch ends first it is open.
-    if (now.sleeve.empty()) return !before.empty();
-    for (physics::Narrowing::Sample* end : {&now.sleeve.front(), &now.sleeve.back()})
-        end->radius = std::max(end->radius, 3 * end->lumen);
-    // A balloon that rests must not chase the tube that it makes.
-    constexpr double shows = 0.02;  // [mm]
-    for (physics::Narrowing::Sample& sample : now.sleeve)
-        for (const physics::Narrowing::Sample& old : before)
-            if (old.at == sample.at && (old.aside - sample.aside).norm() < shows &&
-                std::abs(old.radius - sample.radius) < shows)
-                sample = old;
-    return now.sleeve != before;
 }
 
 void Treatment::count(double seconds, const scenario::Device& device) {

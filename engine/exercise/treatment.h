@@ -107,7 +107,7 @@ struct InflationTally {
     double occluded = 0;       // in which a balloon let no blood by [s]
     double longest = 0;        // of these, without a break [s]
     double without_break = 0;  // now [s]
-    double largest_ratio = 0;  // of a balloon to the vessel without plaque that it presses on [-]
+    double largest_ratio = 0;  // of a vessel on which an inflated balloon presses to it without plaque [-]
     void state(geometry::StateStream& s) {
         s(inflations, seconds, beyond_rated, highest, occluded, longest, without_break, largest_ratio);
     }

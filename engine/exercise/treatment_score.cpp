@@ -438,7 +438,8 @@ std::vector<TreatmentFigure> figures_of(const TreatmentScore& score) {
          fmt::format("{:.0f} s, {:.0f} s without a break", t.occluded, t.longest),
          "While the balloon filled the vessel."},
         {"Balloon to artery", "", t.largest_ratio > 0 ? fmt::format("{:.2f}", t.largest_ratio) : "-",
-         "The widest that a balloon opened a vessel, over its diameter without plaque."},
+         "The widest that a balloon at 1 atm or more opened a lesion or vessel that it pressed on, over the "
+         "vessel's diameter without plaque."},
         {"Balloons burst", "", count(score.bursts), ""},
         {"Dissections by a balloon", "",
          score.dissections_left > 0

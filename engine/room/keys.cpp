@@ -201,7 +201,7 @@ const std::vector<std::string_view>& key_names() {
         "KeypadDecimal KeypadDivide KeypadMultiply KeypadSubtract KeypadAdd KeypadEnter "
         "LeftShift LeftControl LeftAlt RightShift RightControl RightAlt "
         "GamepadA GamepadB GamepadX GamepadY GamepadLeftBumper GamepadRightBumper GamepadBack GamepadStart "
-        "GamepadUp GamepadRight GamepadDown GamepadLeft");
+        "GamepadUp GamepadRight GamepadDown GamepadLeft GamepadLeftStick GamepadRightStick");
     return names;
 }
 

@@ -1,6 +1,8 @@
 /// A class on one page, as a teacher makes it and as a browser shows it.
 
+#include <fmt/format.h>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "engine/io/text.h"
@@ -168,6 +170,67 @@ TEST_F(CourseCommand, FromRecordingsToThePageThatABrowserOpensAndEveryLinkLeadsT
         expect_said(clicked.out,
                     link.starts_with("Ada") ? "Debriefing of Ada &lt;A&gt;" : "Debriefing of Ben #2");
         EXPECT_EQ(clicked.error.find("CONSOLE"), std::string::npos) << link << clicked.error;
+    }
+}
+
+/// What a page says in the cells of the first row of the table after its header.
+std::vector<std::string> first_cells(const std::string& page, const std::string& table) {
+    std::size_t at = page.find(table);
+    if (at == std::string::npos) return {};
+    at = page.find("<tbody>", at);
+    const std::size_t end = page.find("</tr>", at);
+    std::vector<std::string> cells;
+    while ((at = page.find("<td", at)) < end) {
+        at = page.find('>', at) + 1;
+        cells.push_back(page.substr(at, page.find("</td>", at) - at));
+    }
+    return cells;
+}
+
+TEST_F(CourseCommand, ShowsWhatATreatmentCameTo) {
+    std::filesystem::create_directories(folder / "class");
+    succeeded(folder, {"run", "iliac_stent", "--commands", "solution", "--frames", "none", "--learner", "Ada",
+                       "--out", folder / "out"});
+    put(folder, folder / "out/run.gw", "1.gw");
+    put(folder, recorded(folder, "b", "0 beam on\n3 advance 2 mm\n9 end\n"), "2.gw");
+    succeeded(folder, {"course", folder / "class"});
+    const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
+    const auto& treatment = score.at("treatment");
+    ASSERT_EQ(treatment.at("lesions").size(), 1u);
+    const auto &after = treatment.at("lesions")[0].at("after"),
+               &stented = treatment.at("lesions")[0].at("stented");
+    const auto text = [](const auto& json, const char* key, const char* form) {
+        return fmt::format(fmt::runtime(form), json.at(key).template get<double>());
+    };
+    const std::string page = read(folder / "class/course.html");
+    const std::vector<std::string> shown = first_cells(page, "class=\"treated\"");
+    const std::vector<std::string> wanted = {
+        "1",
+        text(after, "residual_percent", "{:.0f}"),
+        text(after, "lumen_mm", "{:.2f}"),
+        text(after, "gradient_mmHg", "{:.0f}"),
+        text(stented, "covered_percent", "{:.0f}"),
+        text(stented, "missed_proximal_mm", "{:.1f}") + " / " + text(stented, "missed_distal_mm", "{:.1f}"),
+        text(stented, "proximal_off_plan_mm", "{:+.1f}") + " / " +
+            text(stented, "distal_off_plan_mm", "{:+.1f}"),
+        text(treatment, "dissections", "{:.0f}"),
+        text(treatment, "ruptures", "{:.0f}"),
+        text(treatment, "bursts", "{:.0f}"),
+        text(treatment, "inflations", "{:.0f}"),
+        text(treatment, "balloon_to_artery", "{:.2f}")};
+    ASSERT_EQ(shown.size(), wanted.size() + 2);
+    EXPECT_EQ(std::vector<std::string>(shown.begin() + 2, shown.end()), wanted);
+    for (const auto& row : rows_of(read(folder / "class/course.csv"))) {
+        const bool treats = row.at("exercise") == "iliac_stent";
+        for (const auto& [column, json, key] :
+             {std::tuple("residual_percent", after, "residual_percent"),
+              std::tuple("stent_covered_percent", stented, "covered_percent"),
+              std::tuple("distal_off_plan_mm", stented, "distal_off_plan_mm"),
+              std::tuple("balloon_to_artery", treatment, "balloon_to_artery")})
+            if (treats)
+                EXPECT_NEAR(std::stod(row.at(column)), json.at(key).get<double>(), 1e-4) << column;
+            else
+                EXPECT_EQ(row.at(column), "") << column;
     }
 }
 

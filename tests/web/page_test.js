@@ -656,6 +656,129 @@ async function thumbs_and_gamepad(page, server) {
     console.log(`page: inserted ${before.inserted} mm, by thumbs ${thumbs.inserted} mm, by sticks ${sticks.inserted} mm`);
 }
 
+/// In a page: where a canvas has ink of a colour, [column, mean row, count] of each column that has any, in CSS pixels.
+const inked = `(canvas, colour) => {
+    const [r, g, b] = [1, 3, 5].map(at => parseInt(colour.slice(at, at + 2), 16)), scale = devicePixelRatio, found = [];
+    const {width, height} = canvas, {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
+    for (let x = 0; x < width; ++x) {
+        let rows = 0, count = 0;
+        for (let y = 0; y < height; ++y) {
+            const at = 4 * (y * width + x), [red, green, blue, alpha] = data.slice(at, at + 4);
+            if (alpha > 60 && Math.abs(red - r) + Math.abs(green - g) + Math.abs(blue - b) < 40) rows += y + 0.5, ++count;
+        }
+        if (count) found.push([(x + 0.5) / scale, rows / count / scale, count]);
+    }
+    return found;
+}`;
+
+/// The column of readouts as it is in app/web/page, alone, with readouts that are made up: pixels of the curves against the values
+/// that they show, and the bar of a balloon's pressure.
+async function curves_and_bar(page) {
+    const server = await serve(path.join(__dirname, '../../app/web/page'));
+    try {
+        await page.go(server.url + 'room.css');
+        await page.eval(`(async () => {
+            const style = Object.assign(document.createElement('link'), {rel: 'stylesheet', href: '/room.css'});
+            const styled = new Promise((resolve, reject) => Object.assign(style, {onload: resolve, onerror: reject}));
+            document.head.append(style);
+            await styled;
+            const {Panel, ink} = await import('/panel.js');
+            const column = Object.assign(document.createElement('div'), {style: 'width: 220px'});
+            document.body.replaceChildren(column);
+            window.ink = ink;
+            window.panel = new Panel(column, () => {});
+            window.inked = ${inked};
+            window.shows = (curves, balloon) => panel.draw({
+                groups: [{title: 'Pressure', rows: [['Now', '90 mmHg']]}], devices: [], force: {limit: 1, history: []}, curves,
+                ...(balloon && {balloon: {title: 'Balloon', device: 'of 8 mm', rows: [['Balloon', '6 atm']], ...balloon}})}, {});
+            window.drawn = (colour) => inked(panel.curves, colour);
+        })()`);
+        const drawn = async curves => page.eval(`(() => {
+            shows(${JSON.stringify(curves)});
+            return {width: panel.curves.clientWidth, height: panel.curves.clientHeight, ecg: drawn(ink.good), pressure: drawn(ink.alarm)};
+        })()`);
+        const share = 0.3;  // of the height, that the electrocardiogram has
+        /// Of a canvas' part the row at which a value is drawn, and whether all columns lie within a pixel and a half of theirs.
+        const row = (top, height, part) => top + height - 3 - Math.min(1, Math.max(0, part)) * (height - 6);
+        const follows = (columns, width, expected) => columns.length > 0.9 * (width - 4) &&
+            columns.every(([x, y]) => Math.abs(y - expected((x - 2) / (width - 4))) < 1.5);
+
+        // A slope from end to end of its scale, and a line at a quarter of the other's.
+        const count = 81, slope = Array.from({length: count}, (_, k) => 40 + 120 * k / (count - 1));
+        const still = Array(count).fill(-0.25);
+        const first = await drawn({ecg: {values: still, low: -0.5, high: 0.5}, pressure: {values: slope, low: 40, high: 160}});
+        const split = share * first.height;
+        expect(first.width > 100 && first.height > 50, `expected room for curves, found ${first.width} x ${first.height}`);
+        expect(follows(first.pressure, first.width, t => row(split, first.height - split, t)),
+               `the curve of pressure: expected a slope, found ${JSON.stringify(first.pressure.filter((_, k) => k % 20 === 0))}`);
+        expect(follows(first.ecg, first.width, () => row(0, split, 0.25)),
+               `the electrocardiogram: expected a line at a quarter, found ${JSON.stringify(first.ecg.filter((_, k) => k % 20 === 0))}`);
+
+        // Missing values leave a gap; beyond the scale it stays at its ends.
+        const gap = slope.map((_, k) => k > 30 && k < 50 ? null : k <= 30 ? 500 : -500);
+        const second = await drawn({ecg: {values: still.map((_, k) => k === 40 ? 0.5 : -0.5), low: -0.5, high: 0.5}, pressure: {values: gap, low: 0, high: 160}});
+        const at = (columns, t) => columns.filter(([x]) => Math.abs((x - 2) / (second.width - 4) - t) < 0.02).map(([, y]) => y);
+        const near = (rows, wanted) => rows.length > 0 && rows.every(y => Math.abs(y - wanted) < 1.5);
+        expect(at(second.pressure, 0.5).length === 0, `the curve of pressure: expected a gap, found ink at ${at(second.pressure, 0.5)}`);
+        expect(near(at(second.pressure, 0.2), row(split, second.height - split, 1)) && near(at(second.pressure, 0.8), row(split, second.height - split, 0)),
+               `the curve of pressure: expected the ends of its scale, found ${at(second.pressure, 0.2)} and ${at(second.pressure, 0.8)}`);
+        expect(near(at(second.ecg, 0.2), row(0, split, 0)) && Math.min(...at(second.ecg, 0.5)) < 0.7 * split,
+               `the electrocardiogram: expected one beat, found ${at(second.ecg, 0.2)} and ${at(second.ecg, 0.5)}`);
+        expect((await drawn({ecg: {values: [], low: 0, high: 1}, pressure: {values: [], low: 0, high: 1}})).pressure.length === 0,
+               'the curves: expected nothing of the readout before');
+
+        // The bar: its length, full at the rated pressure, and its colours.
+        for (const [fraction, burst, length, colour] of [[0, false, 0, 'calm'], [0.25, false, 0.25, 'calm'], [0.6, false, 0.6, 'calm'],
+                                                         [0.75, false, 0.75, 'caution'], [1.2, false, 1, 'alarm'], [0, true, 0, 'alarm']]) {
+            const bar = await page.eval(`(() => {
+                shows(null, {fraction: ${fraction}, nominal: 0.57, burst: ${burst}});
+                const all = document.querySelectorAll('.balloon .bar'), track = all[0], whole = track.clientWidth;
+                const [r, g, b] = [1, 3, 5].map(at => parseInt(ink.${colour}.slice(at, at + 2), 16));
+                return {bars: all.length, height: track.clientHeight, wide: whole / track.closest('section').clientWidth,
+                        length: track.firstChild.getBoundingClientRect().width / whole,
+                        fits: getComputedStyle(track.firstChild).backgroundColor === \`rgb(\${r}, \${g}, \${b})\`};
+            })()`);
+            expect(bar.bars === 1 && bar.height > 2 && bar.wide > 0.8 && Math.abs(bar.length - length) < 0.01 && bar.fits,
+                   `the balloon's bar at ${fraction}: expected ${length} of its track in '${colour}', found ${JSON.stringify(bar)}`);
+        }
+        expect(await page.eval(`(() => {
+            shows(null, {title: 'Stent', rows: [['Stent', '4 mm']], fraction: null, nominal: null, burst: false});
+            return document.querySelectorAll('.balloon').length === 1 && !document.querySelector('.balloon .bar');
+        })()`), 'a stent without a balloon: expected no bar');
+        const said = complaints(page).filter(({ url }) => !/favicon/.test(url));
+        expect(said.length === 0, `expected a silent console, found ${JSON.stringify(said, null, 1)}`);
+    } finally {
+        await server.stop();
+    }
+}
+
+/// A solution with a balloon is shown: the engine's readouts move the bar and draw both curves.
+async function balloon_is_shown(page, server) {
+    await page.go(server.url + 'index.html');
+    await page.until(`document.querySelector('[data-exercise=iliac_balloon]')`, 60);
+    await page.eval(`document.querySelector('[data-exercise=iliac_balloon] .show') || document.getElementById('open-all').click()`);
+    await page.eval(`document.querySelector('[data-exercise=iliac_balloon] .show').click()`);
+    await page.until(`document.body.dataset.screen === 'room'`, 60);
+    const length = `(() => {
+        const bar = document.querySelector('.balloon .bar');
+        return bar ? bar.firstChild.getBoundingClientRect().width / bar.clientWidth : -1;
+    })()`;
+    await page.until(`${length} >= 0`, 60);
+    expect(await page.eval(length) < 0.05, `expected a bar that is empty at first, found ${await page.eval(length)}`);
+    await sleep(4000);  // the curves are of the last four seconds; no balloon fills the artery yet
+    const {green, red, width, height} = await page.eval(`(() => {
+        const canvas = document.querySelector('canvas.curves'), inked = ${inked};
+        return canvas?.offsetParent ? {green: inked(canvas, '#5cb878'), red: inked(canvas, '#e85648'), width: canvas.clientWidth, height: canvas.clientHeight}
+                                    : {green: [], red: [], width: 1, height: 1};
+    })()`);
+    const some = columns => JSON.stringify(columns.filter((_, k) => k % 20 === 0)), rows = columns => columns.map(([, y]) => y);
+    expect(green.length > 0.9 * width && Math.max(...rows(green)) - Math.min(...rows(green)) > 5, `expected an electrocardiogram with beats, found ${some(green)}`);
+    expect(red.length > 0.9 * width && Math.min(...rows(red)) > 0.3 * height && Math.max(...rows(red)) < height - 4,
+           `expected a curve of pressure above nothing, found ${some(red)}`);
+    await page.until(`${length} > 0.4`, 120);
+    await page.screenshot(path.join(pictures, 'balloon.png'));
+}
+
 const parts = [];
 const part = (name, run) => parts.push([name, run]);
 
@@ -689,6 +812,8 @@ const part = (name, run) => parts.push([name, run]);
     }));
     for (const [name, run] of Object.entries({ map: map_of_briefing, review, inside, patients, folder: without_server, demonstration, reader, 'gone run': gone_run }))
         part(name, () => with_page({}, run));
+    part('curves and bar', () => with_page({}, curves_and_bar));
+    part('balloon', () => with_page({ width: 1280, height: 800 }, balloon_is_shown));
     part('first image', () => with_page({}, first_image));
     for (const rasteriser of Object.keys(rasterisers))
         part(`images by ${rasteriser}`, () => with_page({}, async (page, server) => {

@@ -2,7 +2,7 @@
 
 const gamepadNames = {
     0: 'GamepadA', 1: 'GamepadB', 2: 'GamepadX', 3: 'GamepadY', 4: 'GamepadLeftBumper', 5: 'GamepadRightBumper',
-    8: 'GamepadBack', 9: 'GamepadStart', 12: 'GamepadUp', 13: 'GamepadDown', 14: 'GamepadLeft', 15: 'GamepadRight'
+    8: 'GamepadBack', 9: 'GamepadStart', 10: 'GamepadLeftStick', 11: 'GamepadRightStick', 12: 'GamepadUp', 13: 'GamepadDown', 14: 'GamepadLeft', 15: 'GamepadRight'
 };
 const codes = {
     Quote: 'Apostrophe', BracketLeft: 'LeftBracket', BracketRight: 'RightBracket', Backquote: 'GraveAccent',

@@ -304,13 +304,50 @@ TEST(Course, ItsTableHasNewColumnsAtTheEndAndNoFormulas) {
         "wrong_entries,errors,motion_without_beam,"));
     EXPECT_TRUE(lines[0].ends_with(
         ",perforation,problem,title,day,air_kerma_mGy,kerma_area_product_Gy_cm2,angiograms,pass_mark,passed,"
-        "debriefing,steps_done,steps,patient,teacher"));
+        "debriefing,steps_done,steps,patient,teacher,residual_percent,lumen_mm,gradient_mmHg,"
+        "stent_covered_percent,missed_proximal_mm,missed_distal_mm,proximal_off_plan_mm,distal_off_plan_mm,"
+        "balloon_to_artery,inflations,bursts,balloon_dissections,balloon_dissections_left,ruptures"));
     EXPECT_TRUE(lines[1].starts_with("'=1+1,renal,")) << lines[1];
     expect_said(lines[1], ",'=cmd,The renal,2026-12-20,");
-    EXPECT_TRUE(lines[2].ends_with(",The renal,2026-12-20,,0.5,0,65,1,x.html,,,,")) << lines[2];
+    EXPECT_TRUE(lines[2].ends_with(",The renal,2026-12-20,,0.5,0,65,1,x.html,,,,,,,,,,,,,,,,,,")) << lines[2];
     EXPECT_TRUE(lines[3].starts_with("'-3,"));
     EXPECT_TRUE(lines[4].starts_with("'@x,"));
     EXPECT_TRUE(lines[5].starts_with("\"a,\"\"b\","));
+}
+
+TEST(Course, OfSeveralLesionsTheWorstCounts) {
+    exercise::TreatmentScore score;
+    for (const double sign : {1.0, -1.0}) {
+        exercise::LesionScore& lesion = score.lesions.emplace_back();
+        lesion.after.residual = 20 + 5 * sign;
+        lesion.after.lumen = 3 - sign;
+        exercise::StentedLesion& stented = lesion.stented.emplace();
+        stented.covered = 80 - 10 * sign;
+        stented.missed_proximal = 2 + sign, stented.missed_distal = 2 - sign;
+        stented.proximal_off = sign * (3 + sign), stented.distal_off = sign * (3 - sign);
+    }
+    EXPECT_FALSE(treatment_of(score).covered);  // without a stent
+    score.stents.emplace_back();
+    score.dissections = 3, score.dissections_left = 2;
+    const CourseTreatment worst = treatment_of(score);
+    EXPECT_EQ(worst.residual, 25);
+    EXPECT_EQ(worst.lumen, 2);
+    EXPECT_FALSE(worst.gradient);
+    EXPECT_EQ(worst.covered, 70);
+    EXPECT_EQ(worst.missed_proximal, 3);
+    EXPECT_EQ(worst.missed_distal, 3);
+    EXPECT_EQ(worst.proximal_off, 4);
+    EXPECT_EQ(worst.distal_off, -4);
+    EXPECT_FALSE(worst.balloon_to_artery);
+    CourseRow treated = attempt("Ada", "renal", 70), plain = attempt("Ben", "straight", 70);
+    treated.treatment = worst;
+    const std::string page = course_page(std::vector<CourseRow>{treated, plain}, parsed(example), "A", today);
+    expect_said(page,
+                "<td>25</td><td>2.00</td><td>&ndash;</td><td>70</td><td>3.0 / 3.0</td><td>+4.0 / "
+                "-4.0</td><td>3, 2 left</td><td>0</td><td>0</td><td>0</td><td>&ndash;</td></tr>");
+    EXPECT_EQ(test::unbalanced(page), "");
+    const std::string table = "class=\"treated\"";
+    EXPECT_EQ(page.find(table), page.rfind(table));  // Ben had nothing to treat
 }
 
 TEST(Course, LinksAreRelativeAndReadableByABrowser) {

@@ -3,9 +3,10 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/room_readout.h"
 #include "physics/wire/energy.h"
 #include "tests/engine/exercise/played.h"
-#include "tests/engine/fixtures.h"
+#include "tests/engine/exercise/treated.h"
 
 namespace exercise {
 namespace {
@@ -25,6 +26,30 @@ std::vector<HandlingErrorMark> marks_of(HandlingError kind, const scenario::Scen
     std::vector<HandlingErrorMark> marks = marks_of(scenario, script, limits);
     std::erase_if(marks, [kind](const HandlingErrorMark& mark) { return mark.kind != kind; });
     return marks;
+}
+
+/// A press as the score and the room have it.
+struct Press {
+    double largest = 0;  // [N]
+    int errors = 0, alarms = 0;
+};
+
+Press press_of(const scenario::Scenario& scenario, const std::string& script) {
+    Exercise exercise(scenario, false);
+    Handling handling(exercise.simulation());
+    RoomReadout readout;
+    Press press;
+    test::play(exercise, script, [&](const Frame& frame, const auto&) {
+        handling.observe(frame);
+        readout.observe(frame, {});
+        press.largest = std::max(press.largest, physics::largest_force(frame.simulation.contacts()));
+        press.alarms = std::max(
+            press.alarms, static_cast<int>(std::ranges::count(
+                              readout.messages(), "The wire presses the wall hard", &render::Message::text)));
+    });
+    press.errors = static_cast<int>(
+        std::ranges::count(handling.marks(), HandlingError::HardPress, &HandlingErrorMark::kind));
+    return press;
 }
 
 }  // namespace
@@ -117,6 +142,27 @@ TEST(HandlingErrors, ForceCountsAboveTheLimitWithItsLargest) {
     for (const HandlingErrorMark& mark : handling.marks())
         if (mark.kind == HandlingError::HardPress) marked = std::max(marked, mark.amount);
     EXPECT_DOUBLE_EQ(marked, largest);
+}
+
+TEST(HandlingErrors, AHardPressIsAnErrorAndAnAlarmButNotThatOfAnInflatedBalloon) {
+    const double limit = HandlingErrorLimits().force;
+    // A rod through a bend.
+    scenario::Scenario rod = test::small_scenario();
+    scenario::TipAndShaft stiffness = scenario::tip_and_shaft(rod.devices[0].device).value();
+    stiffness.shaft_rigidity = stiffness.tip_rigidity = 8000;
+    scenario::set_stiffness(rod.devices[0].device, stiffness);
+    const Press pushed = press_of(rod, "1..25 advance 2 mm\n40 end\n");
+    EXPECT_GT(pushed.largest, limit);
+    EXPECT_GE(pushed.errors, 1);
+    EXPECT_EQ(pushed.alarms, 1);
+    // In a bend that it straightens, inflated and while it is deflated.
+    scenario::Device stiff = test::balloon_catheter();
+    stiff.balloon->rigidity = 5000;
+    const Press inflated =
+        press_of(test::scenario_to_treat(stiff, "", 50), "1 inflate 12 atm\n120 deflate\n240 end\n");
+    EXPECT_GT(inflated.largest, limit);
+    EXPECT_EQ(inflated.errors, 0);
+    EXPECT_EQ(inflated.alarms, 0);
 }
 
 TEST(HandlingErrors, ATipOutsideTheFieldIsOne) {

@@ -44,6 +44,28 @@ std::string denied(Exercise& exercise, const script::Command& command) {
     return frame.motion.denied;
 }
 
+/// A balloon 1.6 times as wide as the vessel.
+scenario::Device large_balloon(bool stented = false) {
+    scenario::Device large = test::balloon_catheter(stented);
+    for (auto& row : large.balloon->law.table) row.diameter *= 1.6;
+    return large;
+}
+
+/// The dissections that are set.
+std::vector<Complication> flaps(const Exercise& exercise) {
+    std::vector<Complication> set;
+    for (const Complication& c : exercise.simulation().complications())
+        if (c.kind == script::ComplicationKind::Dissection && c.set()) set.push_back(c);
+    return set;
+}
+
+void inflate_and_deflate(Exercise& exercise, double pressure) {
+    exercise.next_frame(Commands{script::Inflate{pressure}});
+    wait(exercise, 200);
+    exercise.next_frame(Commands{script::Deflate{}});
+    wait(exercise, 200);
+}
+
 }  // namespace
 
 TEST(Treatment, ABalloonOpensALesionThatRecoilsAndAStentKeepsItOpen) {
@@ -149,9 +171,7 @@ TEST(Treatment, ABalloonBurstsBeyondItsRatedPressureAndSaysSo) {
 }
 
 TEST(Treatment, ABalloonThatIsTooLargeTearsTheWall) {
-    scenario::Device large = test::balloon_catheter();
-    for (auto& row : large.balloon->law.table) row.diameter *= 1.6;
-    Exercise exercise(test::scenario_to_treat(large), false);
+    Exercise exercise(test::scenario_to_treat(large_balloon()), false);
     exercise.next_frame(Commands{script::Inflate{12}});
     wait(exercise, 200);
     exercise.next_frame(Commands{script::Deflate{}});
@@ -163,6 +183,75 @@ TEST(Treatment, ABalloonThatIsTooLargeTearsTheWall) {
         return c.kind == script::ComplicationKind::Dissection && c.set() && c.come == 1;
     }));
     EXPECT_GE(exercise.simulation().treatment().tally().largest_ratio, Treatment::dissects_at);
+}
+
+TEST(Treatment, ASecondTearInABranchLeavesTheFirst) {
+    Exercise exercise(test::scenario_to_treat(large_balloon()), false);
+    inflate_and_deflate(exercise, 12);
+    const std::vector<Complication> first = flaps(exercise);
+    ASSERT_GE(first.size(), 1u);
+    for (int k = 0; k < 15; ++k) exercise.next_frame(Commands{script::Withdraw{2, DeviceRole::Balloon}});
+    wait(exercise, 20);
+    inflate_and_deflate(exercise, 12);
+    const std::size_t torn = flaps(exercise).size();
+    ASSERT_GT(torn, first.size());
+    for (std::size_t k = 0; k < first.size(); ++k) {
+        EXPECT_EQ(flaps(exercise)[k].at, first[k].at);
+        EXPECT_EQ(flaps(exercise)[k].come, 1);
+    }
+    const TreatmentScore score = exercise.score().treatment.value();
+    EXPECT_EQ(score.dissections, static_cast<int>(torn));
+    EXPECT_EQ(score.dissections_left, static_cast<int>(torn));
+    // A teacher's dissection replaces a teacher's alone; relief takes them all.
+    for (const double at : {15.0, 20.0}) {
+        exercise.next_frame(
+            Commands{script::Complicate{script::ComplicationKind::Dissection, "tube", at, 12, 30}});
+        EXPECT_EQ(flaps(exercise).size(), torn + 1);
+    }
+    exercise.next_frame(Commands{script::Relieve{script::ComplicationKind::Dissection, "tube"}});
+    EXPECT_TRUE(flaps(exercise).empty());
+}
+
+TEST(Treatment, AStentHoldsTheFlapThatItLiesOverAndNoOther) {
+    scenario::Device device = large_balloon(true);
+    const double gently = device.stent->law.opens_at - 0.1;  // tears, and leaves the stent on the balloon
+    Exercise exercise(test::scenario_to_treat(device, "", 28), false);
+    inflate_and_deflate(exercise, gently);
+    const std::vector<Complication> first = flaps(exercise);
+    ASSERT_GE(first.size(), 1u);
+    for (int k = 0; k < 11; ++k) exercise.next_frame(Commands{script::Advance{2, DeviceRole::Balloon}});
+    wait(exercise, 20);
+    inflate_and_deflate(exercise, gently);
+    ASSERT_GT(flaps(exercise).size(), first.size());
+    ASSERT_TRUE(exercise.simulation().treatment().stents().empty());
+    inflate_and_deflate(exercise, 10);
+    ASSERT_EQ(exercise.simulation().treatment().stents().size(), 1u);
+    const std::vector<Complication> left = flaps(exercise);
+    ASSERT_EQ(left.size(), first.size());
+    for (std::size_t k = 0; k < left.size(); ++k) EXPECT_EQ(left[k].at, first[k].at);
+    EXPECT_EQ(exercise.score().treatment->dissections_left, static_cast<int>(left.size()));
+}
+
+TEST(Treatment, BalloonToArteryIsOfInflatedBalloonsThatPressOnSomething) {
+    const auto largest = [](const scenario::Device& balloon, double pressure) {
+        Exercise exercise(test::scenario_to_treat(balloon), false);
+        exercise.next_frame(Commands{script::Inflate{pressure}});
+        bool touched = false;
+        for (int k = 0; k < 100; ++k) {
+            exercise.next_frame(Commands{});
+            touched = touched || narrowest(exercise.simulation()).contact > 0;
+        }
+        return std::pair(touched, exercise.simulation().treatment().tally().largest_ratio);
+    };
+    // Unfolded against the lesion, but not inflated yet.
+    EXPECT_EQ(largest(test::balloon_catheter(), 0.9), (std::pair(true, 0.0)));
+    // Inflated, and free in the lesion.
+    scenario::Device thin = test::balloon_catheter();
+    thin.balloon->law.table = {{4, 1.4}, {14, 1.5}};
+    EXPECT_EQ(largest(thin, 8), (std::pair(false, 0.0)));
+    const auto [touched, ratio] = largest(test::balloon_catheter(), 12);
+    EXPECT_TRUE(touched);
+    EXPECT_NEAR(ratio, 1, 0.07);
 }
 
 TEST(Treatment, ASelfExpandingStentComesOutOfItsSheathFromItsDistalEnd) {

@@ -114,5 +114,11 @@ TEST(Keys, WhatIsShownIsWhatStandsOnTheUsersKeyboard) {
     EXPECT_EQ(map.text(Action::Acquisition), "Q, GamepadB");
 }
 
+TEST(Keys, AGamepadInflatesAndDeflates) {
+    const KeyMap map = load_keys(test::asset("keys.toml"));
+    EXPECT_EQ(map.text(Action::Inflate), "Semicolon, KeypadAdd, GamepadDown");
+    EXPECT_EQ(map.text(Action::Deflate), "Apostrophe, KeypadSubtract, GamepadLeftStick");
+}
+
 }  // namespace
 }  // namespace room
