@@ -25,8 +25,7 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
 
 }  // namespace
 
-void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
-    assert(foreseen >= 0 && contacts.contacts().size() == wire.joints.size());
+void NewtonModel::size_for(const Chain& wire) {
     const std::size_t n = wire.segments();
     gains_.resize(n);
     trial_.turns.resize(n + 1);
@@ -36,6 +35,21 @@ void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int fores
         trial_.wound[k].resize(wire.devices[k].twists_by_segments() ? n + 1 : 0);
     trial_.rolls.resize(n + 1);
     planes_.resize(n + 1);
+}
+
+void NewtonModel::start_with(const Chain& wire, std::span<const double> forces) {
+    assert(forces.size() == wire.joints.size());
+    size_for(wire);
+    for (std::size_t j = 0; j < planes_.size(); ++j) {
+        planes_[j] = {};
+        planes_[j].force = forces[j];
+    }
+}
+
+void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
+    assert(foreseen >= 0 && contacts.contacts().size() == wire.joints.size());
+    size_for(wire);
+    const std::size_t n = wire.segments();
     for (std::size_t j = foreseen + 1; j <= n; ++j) {
         const WallContact& c = contacts.contacts()[j];
         planes_[j] = {};
