@@ -7,11 +7,16 @@
 namespace physics {
 namespace {
 
-/// Pieces of a segment, and of each of the last ones where the tip touches: a wall is as stiff as the chain
-/// that lies in it is long, so that its end sinks in by more the less of the chain its last joint stands for.
-constexpr int pieces = 2, pieces_at_tip = 8, segments_at_tip = 4;
-/// What the step leaves out: of halves a third of it, 1/(2² − 1), of eighths 1/63.
-constexpr double left_by_halves = 4.0 / 3, left_at_tip = 7.0 / 6;
+/// Pieces of a segment that is halved, and of one where a contact begins or ends or the tip touches. A wall
+/// is as stiff as the chain that lies in it is long, so that an end, and a contact that one joint bears,
+/// sinks in by more the less of the chain its joint stands for: halves show only a small part of it.
+constexpr int halves = 2, finest = 8, finest_at_tip = 2;
+/// Segments that stay whole: farther from the tip than this, free, and bent by less at both ends [rad].
+constexpr int near_tip = 12;
+constexpr double least_bend = 0.02;
+/// What the step leaves out: of halves a third of it, 1/(2² − 1), of eighths 1/63. Where the tip touches,
+/// most of the error is there.
+constexpr double left_by_halves = 4.0 / 3, left_at_tip = 1.05;
 /// Differences of tips below this are the relaxer's tolerance [mm].
 constexpr double least_error = 1e-6;
 /// A pivot that is no more than this part of the stiffest joint is none.
@@ -37,10 +42,21 @@ Vec3 curvature(const Chain& chain, int joint) {
 
 void ErrorEstimator::cut(const Chain& chain, std::span<const WallContact> contacts) {
     const int n = chain.segments();
-    parts_.assign(n + 1, pieces);
+    parts_.assign(n + 1, halves);
     parts_[0] = 0;
-    if (contacts[n].touches())
-        for (int i = std::max(1, n - segments_at_tip + 1); i <= n; ++i) parts_[i] = pieces_at_tip;
+    const auto touches = [&](int joint) { return joint > 0 && contacts[joint].touches(); };
+    const auto bend = [&](int joint) {
+        return joint < n ? (chain.tangents[joint + 1] - chain.tangents[joint]).norm() : 0.0;
+    };
+    for (int i = 1; i <= n; ++i) {
+        if (touches(i - 1) != touches(i))
+            parts_[i] = finest;
+        else if (i <= n - near_tip && !touches(i) && std::max(bend(i - 1), bend(i)) < least_bend)
+            parts_[i] = 1;
+    }
+    // A vessel that gives way takes up what the end presses on it.
+    if (touches(n) && contacts[n].give == 0)
+        for (int i = std::max(1, n - finest_at_tip + 1); i <= n; ++i) parts_[i] = finest;
     std::size_t joints = 1;
     for (int i = 1; i <= n; ++i) joints += parts_[i];
     fine_.grid = {chain.grid.segment_length, EndCells::Half};
@@ -118,8 +134,10 @@ void ErrorEstimator::place_grips(const Chain& chain) {
             grip.anchor = fine_.joints[k] +
                           mixed(Vec3(a.anchor - chain.joints[i - 1]), Vec3(b.anchor - chain.joints[i]), s);
             grip.roll = mixed(a.roll, b.roll, s);
-            // The way of the vessel for the same force per length.
-            grip.give = mixed(a.give * la, b.give * lb, s) / here;
+            // A joint that presses alone goes on to do so; others share what they press.
+            const bool alone = q == parts_[i] && a.given.isZero(0) &&
+                               (i == chain.segments() || chain.grips[i + 1].given.isZero(0));
+            grip.give = alone ? b.give : mixed(a.give * la, b.give * lb, s) / here;
             grip.given = mixed(a.given, b.given, s);
             grip.shift = mixed(a.shift, b.shift, s);
         }
@@ -169,19 +187,54 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
     model_.slips_on = 0.5;
     model_.start_with(fine_, forces_);
     if (model_.linearise(fine_, contacts_, 1, 0).shifted > 0) return {};
+    double room = 0;
+    for (const WallContact& c : contacts) room = std::max(room, c.clearance);
+    // A step that leads farther than the lumen is wide says nothing, nor does one that is not finite.
+    const auto leads_on = [&] {
+        const double farthest = model_.roll_out(fine_);
+        return std::isfinite(farthest) && !(room > 0 && farthest > room);
+    };
+    DiscretisationError error;
     if (!std::isfinite(model_.roll_out(fine_))) return {};
+    if (by_segment) error.segments = parts_of(chain);
     model_.ask_trial(contacts_);
     model_.take_trial_contacts(fine_, contacts_);
     model_.solve(fine_, 0);
-    if (!std::isfinite(model_.roll_out(fine_))) return {};
+    if (!leads_on()) return {};
     model_.predict_contact_forces(fine_);
-    DiscretisationError error;
     const double scale = contacts[n].touches() ? left_at_tip : left_by_halves;
     error.tip_moves = scale * (model_.trial_tip() - chain.tip());
     error.tip = std::max(least_error, error.tip_moves.norm());
     error.wall_force = scale * change_of_force(chain, contacts);
-    (void)by_segment;
+    if (!std::isfinite(error.wall_force)) return {};
+    // They are of the step without the correction, and follow the whole.
+    double sum = 0;
+    for (const double part : error.segments) sum += part;
+    for (double& part : error.segments) part *= sum > 0 ? error.tip / sum : 0.0;
     return error;
+}
+
+/// g·w by segment, with the gradient g at the finer chain as it is laid and its answer w to a force on the
+/// tip, in the direction in which the step moves that; before its wall is corrected.
+std::vector<double> ErrorEstimator::parts_of(const Chain& chain) {
+    std::vector<double> parts(chain.joints.size(), 0.0);
+    Vec3 along = model_.trial_tip() - fine_.tip();
+    const Vec3 laid = fine_.tip() - chain.tip();
+    const Vec3 whole = along + laid;
+    if (!(whole.norm() > 0)) return parts;
+    along = whole.normalized();
+    const std::vector<double> of_step = model_.parts_along(fine_, along);
+    int k = 0;
+    for (int i = 1; i <= chain.segments(); ++i) {
+        Vec3 across = Vec3::Zero();
+        for (int q = 1; q <= parts_[i]; ++q) {
+            parts[i] += of_step[++k];
+            across += fine_.lengths[k] * fine_.tangents[k];
+        }
+        // What the curve between its ends is shorter across.
+        parts[i] += along.dot(across - chain.lengths[i] * chain.tangents[i]);
+    }
+    return parts;
 }
 
 /// Of the largest force on a length λ, by the model's forces on the finer chain.

@@ -23,10 +23,10 @@ struct DiscretisationError {
     std::vector<double> segments;
 };
 
-/// Cuts every segment in halves, those at a tip that touches the wall in more, along a curve through the
-/// chain, and takes one step of Newton's method of that finer chain from there, with its wall corrected once:
-/// docs/solver.md derives it. Keeps scratch from call to call, and nothing else: estimates do not depend on
-/// each other. Belongs to one wall, which must outlive it.
+/// Cuts the segments in halves, those at which contacts begin or end and those at a tip that touches in
+/// eighths, along a curve through the chain, and takes one step of Newton's method of that finer chain from
+/// there, with its wall corrected once: docs/solver.md derives it. Keeps scratch from call to call, and
+/// nothing else: estimates do not depend on each other. Belongs to one wall, which must outlive it.
 class ErrorEstimator {
 public:
     explicit ErrorEstimator(const LumenWall& wall) : contacts_(wall) {}
@@ -42,7 +42,7 @@ private:
     void place_grips(const Chain&);
     void share_forces(const Chain&, std::span<const WallContact>);
     double change_of_force(const Chain&, std::span<const WallContact>) const;
-    std::vector<double> by_segment(const Chain&, const Vec3& direction) const;
+    std::vector<double> parts_of(const Chain&);
 
     ContactSet contacts_;
     NewtonModel model_;

@@ -344,6 +344,32 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     return std::sqrt(farthest);
 }
 
+std::vector<double> NewtonModel::parts_along(const Chain& wire, const Vec3& direction) const {
+    assert(terms_.first == 1 && mu_ == 0);
+    // The Hessian is symmetric: its answer to a force on the tip weighs every gradient.
+    constexpr double force = 1e-9;  // so small that the answer is straight [N]
+    NewtonModel answer = *this;
+    for (RiccatiStage& s : answer.terms_.stages) {
+        s.slope.setZero(), s.slope_prev.setZero(), s.force.setZero();
+        if (!s.touches) s.stiffness.setZero();
+    }
+    for (FrameStage& s : answer.terms_.frame_stages) s.slope = s.twist_slope = s.grip_slope = 0;
+    answer.terms_.stages.back().touches = true;
+    answer.terms_.stages.back().force = force * direction;
+    FrameVector slopes = riccati_answer(answer.terms_.stages, 0, 0, false, least_pivot, answer.gains_,
+                                        answer.terms_.framed(1, answer.frame_gains_), {});
+    for (int f = 0; f < terms_.frames.count; ++f) {
+        const Device& device = wire.devices[terms_.frames.device[f]];
+        slopes[f] += device.windup_stiffness * device.windup;
+    }
+    answer.solve_base(wire, slopes, 0, nullptr);
+    std::vector<double> parts(wire.joints.size(), 0.0);
+    if (!std::isfinite(answer.roll_out(wire))) return parts;
+    for (std::size_t j = 1; j < parts.size(); ++j)
+        parts[j] = terms_.gradient[j - 1].dot(answer.trial_.turns[j]) / force;
+    return parts;
+}
+
 double NewtonModel::largest_turn() const {
     assert(trial_.turns.size() == terms_.stages.size() + 1);
     double turn = 0;

@@ -83,6 +83,10 @@ public:
     /// The contacts alone.
     void ask_trial(ContactSet& contacts) const { contacts.evaluate(trial_.joints, terms_.first); }
     const Vec3& trial_tip() const { return trial_.joints.back(); }
+    /// [j] = what the gradient of segment j adds, by the step to the model's minimum, to the tip's move along
+    /// this direction [mm]; [0] unused. Of a model that was made by linearise() over the whole chain at μ =
+    /// 0.
+    std::vector<double> parts_along(const Chain&, const Vec3& direction) const;
     /// Of each joint, as the model has its contact.
     std::span<const ContactPlane> planes() const { return planes_; }
     /// Takes each contact's force at the trial state from the model.
