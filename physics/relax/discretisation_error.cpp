@@ -11,9 +11,10 @@ namespace {
 /// is as stiff as the chain that lies in it is long, so that an end, and a contact that one joint bears,
 /// sinks in by more the less of the chain its joint stands for: halves show only a small part of it.
 constexpr int halves = 2, finest = 8, finest_at_tip = 2;
-/// Segments that stay whole: farther from the tip than this, free, and bent by less at both ends [rad].
+/// Segments that stay whole: farther from the tip than this, free, and bent at both ends by less than the
+/// least of this angle [rad] and a part of the largest bend.
 constexpr int near_tip = 12;
-constexpr double least_bend = 0.02;
+constexpr double least_bend = 0.02, part_of_largest = 0.1;
 /// What the step leaves out: of halves a third of it, 1/(2² − 1), of eighths 1/63. Where the tip touches,
 /// most of the error is there.
 constexpr double left_by_halves = 4.0 / 3, left_at_tip = 1.05;
@@ -48,10 +49,13 @@ void ErrorEstimator::cut(const Chain& chain, std::span<const WallContact> contac
     const auto bend = [&](int joint) {
         return joint < n ? (chain.tangents[joint + 1] - chain.tangents[joint]).norm() : 0.0;
     };
+    double largest = 0;
+    for (int j = 0; j < n; ++j) largest = std::max(largest, bend(j));
+    const double bent = std::min(least_bend, part_of_largest * largest);
     for (int i = 1; i <= n; ++i) {
         if (touches(i - 1) != touches(i))
             parts_[i] = finest;
-        else if (i <= n - near_tip && !touches(i) && std::max(bend(i - 1), bend(i)) < least_bend)
+        else if (i <= n - near_tip && !touches(i) && std::max(bend(i - 1), bend(i)) < bent)
             parts_[i] = 1;
     }
     // A vessel that gives way takes up what the end presses on it.

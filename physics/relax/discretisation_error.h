@@ -36,6 +36,9 @@ public:
     std::optional<DiscretisationError> of(const Chain&, std::span<const WallContact>,
                                           bool by_segment = false);
 
+    /// Of the finer chain of the last estimate.
+    int segments() const { return fine_.segments(); }
+
 private:
     void cut(const Chain&, std::span<const WallContact>);
     void lay(const Chain&);
