@@ -134,7 +134,7 @@ struct Read {
 };
 inline Read read(const Episode& episode) {
     const exercise::Simulation& simulation = episode.simulation();
-    Read s{episode.reading(), {}, episode.hash(), roles_of(simulation), {}};
+    Read s{episode.full_reading(), {}, episode.hash(), roles_of(simulation), {}};
     s.branch = name_of(s.reading.branch, simulation.anatomy());
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
     for (const episode::ListField& field : episode::list_fields()) s.lists.push_back(field.of(episode, arm));

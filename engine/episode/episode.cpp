@@ -455,6 +455,12 @@ Observation Episode::reading() const {
     return r;
 }
 
+Observation Episode::full_reading() const {
+    Observation r = reading();
+    Reader::read_errors(simulation(), r);
+    return r;
+}
+
 namespace {
 
 std::vector<double> places_of(const Episode& episode, script::DeviceRole held) {
@@ -545,7 +551,7 @@ script::Command parse_line(const std::string& line) {
 
 std::string to_json(const Episode& episode) {
     const exercise::Simulation& simulation = episode.simulation();
-    const Observation reading = episode.reading();
+    const Observation reading = episode.full_reading();
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
     Json json;
     for (const exercise::Field& field : exercise::fields()) {

@@ -140,6 +140,7 @@ public:
     /// injection or an exchange that was asked for is judged here, and forgotten when it is not accepted.
     void step(std::span<const script::Command>);
     Observation reading() const;
+    Observation full_reading() const;  // with the errors of discretisation, which cost time
     const exercise::Exercise& exercise() const { return exercise_; }
     const exercise::Simulation& simulation() const { return exercise_.simulation(); }
     const Reader& reader() const { return reader_; }

@@ -42,6 +42,13 @@ constexpr Field table[] = {
     {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
     {"vessel_moved_mm", "vessel_moved_mm", "mm", "the farthest that a joint has pushed a vessel aside",
      &R::vessel_moved},
+    {"tip_error_mm", "tip_error_mm", "mm",
+     "estimate of how far the foremost tip is from that of infinitely short segments; nan, null or empty "
+     "where there is none, and nan in arrays, which do not pay for it",
+     &R::tip_error},
+    {"wall_force_error_N", "wall_force_error_N", "N",
+     "the same of the largest force of one joint on the wall: what it would be less what it is",
+     &R::wall_force_error},
     {"", "tip_force_N", "N", "force on the wall of the last joint at which the device lies outermost",
      &R::device_tip_force},
     {"", "wall_force_N", "N", "the largest force of a joint at which the device lies outermost",
@@ -258,6 +265,12 @@ Observation Reader::read(const Simulation& simulation, const FrameTime& time, sc
     return r;
 }
 
+void Reader::read_errors(const Simulation& simulation, Observation& r) {
+    const auto error = simulation.tip_error();
+    r.tip_error = error ? error->tip : absent;
+    r.wall_force_error = error ? error->wall_force : absent;
+}
+
 Observation Reader::read(const Exercise& exercise) const {
     const Simulation& simulation = exercise.simulation();
     Observation r = read(simulation, exercise.time(), simulation.scenario().target.device);
@@ -310,13 +323,18 @@ std::string Trace::header() {
 
 std::string Trace::rows(const Frame& frame, const Score& score) const {
     std::string text;
-    for (std::size_t k = 0; k < frame.simulation.devices().size(); ++k) text += row(k, frame, score);
+    Observation errors;
+    Reader::read_errors(frame.simulation, errors);
+    for (std::size_t k = 0; k < frame.simulation.devices().size(); ++k) text += row(k, frame, score, errors);
     return text;
 }
 
-std::string Trace::row(std::size_t device, const Frame& frame, const Score& score) const {
+std::string Trace::row(std::size_t device, const Frame& frame, const Score& score,
+                       const Observation& errors) const {
     Observation reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
     reading.air_kerma = score.air_kerma.value_or(absent);
+    reading.tip_error = errors.tip_error;
+    reading.wall_force_error = errors.wall_force_error;
     if (reading.mean_pressure == 0)
         reading.pressure = reading.systolic = reading.diastolic = reading.mean_pressure = absent;
     if (reading.inserted.of[device] <= 0) {

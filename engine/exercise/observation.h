@@ -52,6 +52,7 @@ struct Observation {
     double along = 0, path_to_target = absent, tip_to_target = 0;
     OfDevices push, torque, bow;
     double tip_force = 0, wall_force = 0, vessel_moved = 0;
+    double tip_error = absent, wall_force_error = absent;
     double device_tip_force = 0, device_wall_force = 0;
     std::int64_t contacts = 0;
     double friction_loss = 0;
@@ -95,6 +96,8 @@ public:
     Observation read(const Exercise&) const;
     /// Those of that device, without dose, and without what is known of the attempt alone.
     Observation read(const Simulation&, const FrameTime&, script::DeviceRole) const;
+    /// Adds the errors of discretisation, which cost a part of a push and are absent otherwise.
+    static void read_errors(const Simulation&, Observation&);
     /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
     std::optional<double> path_length_from(const Simulation&, const geometry::Vec3& place) const;
     /// Points on that way, `spacing` apart, of the vessels at rest, from the centreline's sample nearest to
@@ -126,7 +129,7 @@ public:
     std::string rows(const Frame&, const Score&) const;
 
 private:
-    std::string row(std::size_t device, const Frame&, const Score&) const;
+    std::string row(std::size_t device, const Frame&, const Score&, const Observation& errors) const;
 
     Reader reader_;
 };

@@ -25,6 +25,7 @@
 #include "engine/scenario/vessel_give.h"
 #include "engine/script/command.h"
 #include "physics/geometry/state.h"
+#include "physics/relax/discretisation_error.h"
 #include "physics/relax/hub.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wire/drag.h"
@@ -208,6 +209,10 @@ public:
     /// Where complications make the lumen narrower than its mesh. While they come and go it changes a few
     /// times only, for the image has to be made anew.
     const std::vector<render::VertexMove>& narrowed_lumen() const;
+    /// How far the foremost tip and the largest force on the wall are from those of infinitely short segments,
+    /// and which segments cause it, if asked for. Made anew by each call, at the cost of a part of a push.
+    /// Empty unless the wire shown is a strict minimum, and where no estimate is possible.
+    std::optional<physics::DiscretisationError> tip_error(bool by_segment = false) const;
     /// The farthest that a joint has pushed a vessel [mm].
     double farthest_vessel_move() const;
 

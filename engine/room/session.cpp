@@ -54,7 +54,12 @@ SolverView solver_view(const exercise::Simulation& simulation, const physics::Re
     view.relax = relax;
     view.tuning = simulation.tuning();
     if (error) view.error = distance_from_rest(simulation);
+    if (const auto estimate = simulation.tip_error()) view.tip_error = estimate->tip;
     return view;
+}
+
+std::string tip_text(const SolverView& view) {
+    return view.tip_error ? fmt::format("tip ± {:.2g} mm", *view.tip_error) : "tip ± unknown";
 }
 
 /// Lives on the session's thread, except for the mailboxes.

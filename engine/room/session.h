@@ -41,6 +41,7 @@ struct SolverView {
     physics::RelaxReport relax;
     exercise::Tuning tuning;             // the tuning it was moved with
     std::optional<double> error;         // largest distance of a joint from where it comes to rest [mm]
+    std::optional<double> tip_error;     // estimate of the foremost tip's, for λ → 0 [mm]
     double motion_ms = 0, image_ms = 0;  // taken by this frame
     double frame_ms = 0;                 // time available for a frame
 };
@@ -48,6 +49,9 @@ struct SolverView {
 /// The state after the simulation's last frame; its times are zero. `relax` is the report of that frame. For
 /// the `error`, if it is wanted, the fast solver brings a copy of the wire to rest.
 SolverView solver_view(const exercise::Simulation&, const physics::RelaxReport& relax, bool error = true);
+
+/// "tip ± 0.06 mm".
+std::string tip_text(const SolverView&);
 
 using Clock = std::chrono::steady_clock;
 

@@ -235,6 +235,12 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
         result.notices.push_back(anatomy::text_of(anatomy, blocked));
     const scenario::ModelChoice& choice = exercise.simulation().choice();
     result.notices.insert(result.notices.end(), models.begin(), models.end());
+    if (outputs)
+        if (const auto error = exercise.simulation().tip_error())
+            result.notices.push_back(fmt::format(
+                "at the end the tip is {:.2g} mm, and the largest force on the wall {:.2g} N, from those of "
+                "infinitely short segments: an estimate",
+                error->tip, std::abs(error->wall_force)));
     if (asked.choose_segment_length) {
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,
                                              choice.segment_reason));

@@ -23,6 +23,28 @@ void ContactSet::reset(const Chain& wire) {
     assert(contacts_.size() == wire.joints.size());
 }
 
+void ContactSet::reset_near(const Chain& wire, std::span<const int> near,
+                            std::span<const WallContact> contacts, std::span<const Vec3> at) {
+    assert(near.size() == wire.joints.size() && contacts.size() == at.size());
+    forget();
+    release();
+    refit(wire);
+    contacts_.resize(near.size());
+    asked_at_.resize(near.size());
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        contacts_[i] = contacts[near[i]];
+        contacts_[i].fraction = fractions_[i];
+        asked_at_[i] = at[near[i]];
+    }
+    begin();
+    for (int i = 1; i <= wire.segments(); ++i)
+        if (!known(i, wire.joints[i])) add(i, wire.joints[i], wire.stations[i], vessels_[i].given);
+    ask();
+    commit();
+    list_touching(1);
+    load_.weigh(wire);
+}
+
 void ContactSet::update(const Chain& wire) {
     const std::size_t before = contacts_.size();
     contacts_.resize(wire.joints.size());

@@ -55,6 +55,10 @@ public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
 
     void reset(const Chain&);  // ask for every joint
+    /// The same for a chain with more joints than one that has these contacts at those places: joint i lies
+    /// near joint near[i] of it, and is not asked for where that one's trust covers it.
+    void reset_near(const Chain&, std::span<const int> near, std::span<const WallContact>,
+                    std::span<const Vec3> at);
     /// The next update asks for every joint.
     void forget();
     /// Ask for the joints that have moved, or changed station, since they were last asked for, unless they

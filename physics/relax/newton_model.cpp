@@ -25,8 +25,7 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
 
 }  // namespace
 
-void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
-    assert(foreseen >= 0 && contacts.contacts().size() == wire.joints.size());
+void NewtonModel::size_for(const Chain& wire) {
     const std::size_t n = wire.segments();
     gains_.resize(n);
     trial_.turns.resize(n + 1);
@@ -36,6 +35,21 @@ void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int fores
         trial_.wound[k].resize(wire.devices[k].twists_by_segments() ? n + 1 : 0);
     trial_.rolls.resize(n + 1);
     planes_.resize(n + 1);
+}
+
+void NewtonModel::start_with(const Chain& wire, std::span<const double> forces) {
+    assert(forces.size() == wire.joints.size());
+    size_for(wire);
+    for (std::size_t j = 0; j < planes_.size(); ++j) {
+        planes_[j] = {};
+        planes_[j].force = forces[j];
+    }
+}
+
+void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
+    assert(foreseen >= 0 && contacts.contacts().size() == wire.joints.size());
+    size_for(wire);
+    const std::size_t n = wire.segments();
     for (std::size_t j = foreseen + 1; j <= n; ++j) {
         const WallContact& c = contacts.contacts()[j];
         planes_[j] = {};
@@ -328,6 +342,32 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     if (!std::isfinite(sizes + trial_.slope + farthest)) return std::numeric_limits<double>::infinity();
     assert(std::abs(trial_.tangents[n].squaredNorm() - 1) < 1e-9);
     return std::sqrt(farthest);
+}
+
+std::vector<double> NewtonModel::parts_along(const Chain& wire, const Vec3& direction) const {
+    assert(terms_.first == 1 && mu_ == 0);
+    // The Hessian is symmetric: its answer to a force on the tip weighs every gradient.
+    constexpr double force = 1e-9;  // so small that the answer is straight [N]
+    NewtonModel answer = *this;
+    for (RiccatiStage& s : answer.terms_.stages) {
+        s.slope.setZero(), s.slope_prev.setZero(), s.force.setZero();
+        if (!s.touches) s.stiffness.setZero();
+    }
+    for (FrameStage& s : answer.terms_.frame_stages) s.slope = s.twist_slope = s.grip_slope = 0;
+    answer.terms_.stages.back().touches = true;
+    answer.terms_.stages.back().force = force * direction;
+    FrameVector slopes = riccati_answer(answer.terms_.stages, 0, 0, false, least_pivot, answer.gains_,
+                                        answer.terms_.framed(1, answer.frame_gains_), {});
+    for (int f = 0; f < terms_.frames.count; ++f) {
+        const Device& device = wire.devices[terms_.frames.device[f]];
+        slopes[f] += device.windup_stiffness * device.windup;
+    }
+    answer.solve_base(wire, slopes, 0, nullptr);
+    std::vector<double> parts(wire.joints.size(), 0.0);
+    if (!std::isfinite(answer.roll_out(wire))) return parts;
+    for (std::size_t j = 1; j < parts.size(); ++j)
+        parts[j] = terms_.gradient[j - 1].dot(answer.trial_.turns[j]) / force;
+    return parts;
 }
 
 double NewtonModel::largest_turn() const {

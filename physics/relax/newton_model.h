@@ -28,6 +28,8 @@ public:
     /// that has just been put into a stiff wall. Up to joint `foreseen` the forces are those of
     /// predict_contact_forces().
     void start(const Chain&, const ContactSet&, int foreseen = 0);
+    /// The same with these forces of the joints [N].
+    void start_with(const Chain&, std::span<const double> forces);
 
     /// The model at the wire as it is, and its minimum with the trust region μ.
     RiccatiReport linearise(const Chain&, const ContactSet&, int first, double mu);
@@ -78,6 +80,15 @@ public:
     /// Energy of the trial state, without what is proximal of the window [N·mm]; its contacts wait in the
     /// set.
     double evaluate(Chain&, ContactSet&);
+    /// The contacts alone.
+    void ask_trial(ContactSet& contacts) const { contacts.evaluate(trial_.joints, terms_.first); }
+    const Vec3& trial_tip() const { return trial_.joints.back(); }
+    /// [j] = what the gradient of segment j adds, by the step to the model's minimum, to the tip's move along
+    /// this direction [mm]; [0] unused. Of a model that was made by linearise() over the whole chain at μ =
+    /// 0.
+    std::vector<double> parts_along(const Chain&, const Vec3& direction) const;
+    /// Of each joint, as the model has its contact.
+    std::span<const ContactPlane> planes() const { return planes_; }
     /// Takes each contact's force at the trial state from the model.
     void predict_contact_forces(const Chain&);
     /// Gives the wire the trial state.
@@ -110,6 +121,7 @@ private:
     void turn_base(const Chain&, double mu, RiccatiReport&);
     void solve_base(const Chain&, const FrameVector& slope, double mu, RiccatiReport*);
     void turn_devices(Chain&) const;
+    void size_for(const Chain&);
     void size_twists(std::size_t joints);
     void set_axial_forces(const Chain&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);

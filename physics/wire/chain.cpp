@@ -59,7 +59,9 @@ public:
         const double middle = 0.5 * (from + piece_.to);
         // Between two ends only tapers change anything.
         if (at_ == known_ && !tapers_) return piece_;
-        known_ = at_;
+        // The middle of a piece that is only rounding may round to the piece before.
+        constexpr double rounding = 1e-9;  // [mm]
+        known_ = piece_.to - from > rounding ? at_ : unknown;
         tapers_ = false;
         piece_.whole = 0;
         for (std::size_t k = 0; k < devices_.size(); ++k) {
@@ -100,7 +102,8 @@ private:
 
     const std::vector<Device>& devices_;
     std::vector<double> ends_;
-    std::size_t at_ = 0, known_ = static_cast<std::size_t>(-1);
+    static constexpr std::size_t unknown = static_cast<std::size_t>(-1);
+    std::size_t at_ = 0, known_ = unknown;
     bool tapers_ = true;
     Piece piece_;
 };

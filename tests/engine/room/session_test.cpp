@@ -212,7 +212,15 @@ TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     session.give(Control::WatchSolver);
     session.give(Control::Start);
     session.give(holding({Action::Advance}));
-    ASSERT_TRUE(wait_for(session, [](const View& view) { return view.solver && view.frames > 10; }));
+    std::shared_ptr<const SolverView> sure;
+    ASSERT_TRUE(wait_for(session, [&](const View& view) {
+        if (view.solver && view.solver->tip_error) sure = view.solver;
+        return sure && view.frames > 10;
+    }));
+    EXPECT_GT(*sure->tip_error, 0);
+    EXPECT_LT(*sure->tip_error, 1);
+    EXPECT_EQ(tip_text(*sure), fmt::format("tip ± {:.2g} mm", *sure->tip_error));
+    EXPECT_EQ(tip_text({}), "tip ± unknown");
     exercise::Tuning tuning = session.view()->solver->tuning;
     tuning.segment_length = 1;
     tuning.shaft_rigidity *= 4;
