@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 #include "engine/author/attempt.h"
 #include "engine/exercise/observation.h"
 #include "engine/room/played_hand.h"
 #include "physics/geometry/parallel.h"
+#include "physics/relax/tip_response.h"
 
 namespace plan {
 namespace {
@@ -108,6 +110,10 @@ std::vector<Moment> moments_of(exercise::Exercise& exercise, const Course& cours
 void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
     judged.moments = moments_of(exercise, judged.course);
+    if (const auto error = exercise.simulation().tip_error()) {
+        judged.tip_error = error->tip;
+        judged.force_error = std::abs(error->wall_force);
+    }
     judged.score = exercise.finish();
 }
 
@@ -195,6 +201,23 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
         play(exercise, changed, [&] { stay.look(exercise.simulation()); });
         return End{exercise.simulation().tip(), exercise.score().peak_wall_force, stay.stayed()};
     };
+    // What a device that is stiffer by 5 % does at the end of the course, to first order.
+    const auto at_end = [&](std::size_t device) -> std::optional<double> {
+        exercise::Exercise exercise(scenario, exercise::Pictures::None, options.cache);
+        play(exercise, script, [] {});
+        const exercise::Simulation& end = exercise.simulation();
+        physics::Chain changed = end.wire();
+        if (device >= changed.devices.size() || !end.readings().strict_minimum) return {};
+        constexpr double part = 1e-4;
+        for (physics::StiffnessSection& section : changed.devices[device].spec.sections) {
+            section.rigidity_distal *= 1 + part;
+            section.rigidity_proximal *= 1 + part;
+        }
+        physics::assign(changed);
+        const auto moved = physics::tip_response(end.wall(), changed);
+        if (!moved) return {};
+        return moved->norm() * 0.05 / part;
+    };
     struct Change {
         Sensitivity of;
         std::function<End(double)> end;
@@ -216,6 +239,7 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
                 section.rigidity_proximal *= 1 + 0.05 * part;
             }
         });
+        changes.back().of.at_end = at_end(k);
     }
     add("friction on the wall", 20, "%",
         [](scenario::Scenario& s, double part) { s.wall_friction *= 1 + 0.2 * part; });
@@ -223,10 +247,13 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
         [](scenario::Scenario& s, double part) { s.wall_stiffness *= 1 + 0.5 * part; });
     // What a device leaves free of a vessel is all that contact knows of either.
     add("radius of the vessels", 0.05, "mm", [](scenario::Scenario& s, double part) {
-        for (scenario::PlacedDevice& device : s.devices) {
-            const double smaller = std::min(0.1 * part, 0.5 * device.device.outer_diameter);
-            const double lumen = device.device.inner_diameter;
-            device.device.outer_diameter = std::max(device.device.outer_diameter - smaller, 1.02 * lumen);
+        for (std::size_t k = 0; k < s.devices.size(); ++k) {
+            physics::DeviceSpec& device = s.devices[k].device;
+            // It still holds its own lumen, and fits that of the next.
+            const double most = k + 1 < s.devices.size() ? s.devices[k + 1].device.inner_diameter - 0.01
+                                                         : std::numeric_limits<double>::infinity();
+            device.outer_diameter = std::min(
+                std::max(device.outer_diameter - 0.1 * part, 1.02 * device.inner_diameter + 0.05), most);
         }
     });
     const auto add_hand = [&](const char* what, double pushes, double turns) {

@@ -30,6 +30,9 @@ struct Judged {
     exercise::Score score;             // of the exact hand, with dose
     std::vector<std::string> defects;  // frames that no course should have
     std::vector<Moment> moments;
+    /// At the end: how far the tip and the largest force are from those of infinitely short segments; empty
+    /// where there is no estimate [mm], [N].
+    std::optional<double> tip_error, force_error;
 
     /// Of all inexact hands [-].
     double success() const;
@@ -63,6 +66,9 @@ struct Sensitivity {
     double tip = 0;     // how far the tip lies elsewhere at the end, the larger of both [mm]
     double force = 0;   // change of the largest force on the wall, the larger of both [N]
     int reach = 0;      // of the two
+    /// Of the tip alone at the end, hubs held there, to first order by the solver's recursion
+    /// (physics::tip_response); of stiffness alone [mm].
+    std::optional<double> at_end = {};
 };
 /// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,
 /// friction, stiffness of the wall, radius of the vessels, amounts of pushes and turns. Central differences

@@ -63,6 +63,8 @@ void take(Planned& planned, const Judged& judged) {
     planned.air_kerma = judged.score.air_kerma;
     planned.area_product = judged.score.area_product;
     planned.contrast = judged.score.contrast;
+    planned.tip_error = judged.tip_error;
+    planned.force_error = judged.force_error;
     planned.handling_errors = static_cast<int>(judged.score.handling_errors.size());
     planned.defects = judged.defects;
     planned.moments = judged.moments;
@@ -221,6 +223,8 @@ std::string to_csv(const std::vector<Planned>& all) {
                      "area_product_Gy_cm2",
                      "contrast_ml",
                      "handling_errors",
+                     "tip_error_mm",
+                     "wall_force_error_N",
                      "left_mm",
                      "ends",
                      "frames_simulated",
@@ -253,6 +257,8 @@ std::string to_csv(const std::vector<Planned>& all) {
                    one.area_product ? io::TableCell(*one.area_product) : io::TableCell(),
                    of(one.contrast),
                    of(one.handling_errors),
+                   one.tip_error ? io::TableCell(*one.tip_error) : io::TableCell(),
+                   one.force_error ? io::TableCell(*one.force_error) : io::TableCell(),
                    one.reached ? 0.0 : std::abs(one.left),
                    ends,
                    static_cast<double>(one.frames),

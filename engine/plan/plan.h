@@ -33,6 +33,7 @@ struct Planned {
     double travel = 0, seconds = 0;                 // [mm], [s]
     std::optional<double> air_kerma, area_product;  // [mGy], [Gy·cm²]
     double contrast = 0;                            // [ml]
+    std::optional<double> tip_error, force_error;   // at the end, as Judged has them [mm], [N]
     int handling_errors = 0;
     std::vector<std::string> defects;
     std::vector<Moment> moments;

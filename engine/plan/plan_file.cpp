@@ -26,8 +26,13 @@ Json json_of(const Failure& one) {
 }
 
 Json json_of(const Sensitivity& one) {
-    return {{"of", one.of},      {"change", one.change}, {"unit", one.unit},
-            {"tip_mm", one.tip}, {"force_N", one.force}, {"reach_of_2", one.reach}};
+    return {{"of", one.of},
+            {"change", one.change},
+            {"unit", one.unit},
+            {"tip_mm", one.tip},
+            {"force_N", one.force},
+            {"reach_of_2", one.reach},
+            {"tip_at_end_mm", number_or_null(one.at_end)}};
 }
 
 /// What both kinds of file say.
@@ -53,6 +58,8 @@ Json summary_of(const Planned& one) {
                  {"air_kerma_mGy", number_or_null(one.air_kerma)},
                  {"area_product_Gy_cm2", number_or_null(one.area_product)},
                  {"contrast_ml", one.contrast},
+                 {"tip_error_mm", number_or_null(one.tip_error)},
+                 {"wall_force_error_N", number_or_null(one.force_error)},
                  {"handling_errors", one.handling_errors},
                  {"defects", one.defects},
                  {"frames_simulated", one.frames},
@@ -111,6 +118,8 @@ Planned planned_from(const std::string& text, const std::string& file) {
         maybe("air_kerma_mGy", one.air_kerma);
         maybe("area_product_Gy_cm2", one.area_product);
         get("contrast_ml", one.contrast);
+        maybe("tip_error_mm", one.tip_error);
+        maybe("wall_force_error_N", one.force_error);
         get("handling_errors", one.handling_errors);
         get("defects", one.defects);
         get("frames_simulated", one.frames);
@@ -130,9 +139,12 @@ Planned planned_from(const std::string& text, const std::string& file) {
             failure.at("times").get_to(made.times);
             one.failures.push_back(made);
         }
-        for (const Json& of : json.value("sensitivities", Json::array()))
-            one.sensitivities.push_back({of.at("of"), of.at("change"), of.at("unit"), of.at("tip_mm"),
-                                         of.at("force_N"), of.at("reach_of_2")});
+        for (const Json& of : json.value("sensitivities", Json::array())) {
+            Sensitivity made{of.at("of"),     of.at("change"),  of.at("unit"),
+                             of.at("tip_mm"), of.at("force_N"), of.at("reach_of_2")};
+            if (!of.at("tip_at_end_mm").is_null()) made.at_end = of.at("tip_at_end_mm").get<double>();
+            one.sensitivities.push_back(made);
+        }
         for (const Json& m : json.at("moments")) {
             const auto v = m.get<std::array<double, 7>>();
             one.moments.push_back({v[0], v[1], v[2], v[3], {v[4], v[5], v[6]}});

@@ -129,8 +129,11 @@ std::string sensitivity_table(const Planned& one) {
     if (one.sensitivities.empty()) return "";
     std::string text =
         "<h2>What the best course depends on</h2><p class=\"about\">The whole course played again with one "
-        "quantity changed to either side. What moves the tip or costs the target is what has to be known.</p>"
-        "<table><thead><tr><th>Quantity</th><th>change</th><th>tip moves</th><th>largest force changes</th>"
+        "quantity changed to either side. What moves the tip or costs the target is what has to be known. "
+        "\"At the end alone\": what the tip would do at the end with all hubs held, to first order, by the "
+        "solver's recursion.</p>"
+        "<table><thead><tr><th>Quantity</th><th>change</th><th>tip moves</th><th>at the end "
+        "alone</th><th>largest force changes</th>"
         "<th>reach</th></tr></thead><tbody>";
     std::vector<Sensitivity> sorted = one.sensitivities;
     std::ranges::stable_sort(sorted, [](const Sensitivity& a, const Sensitivity& b) {
@@ -138,9 +141,11 @@ std::string sensitivity_table(const Planned& one) {
     });
     for (const Sensitivity& of : sorted)
         text += fmt::format(
-            "<tr><td>{}</td><td>&plusmn;{:g}&nbsp;{}</td><td>{:.2f}&nbsp;mm</td><td>{:.3f}&nbsp;N</td>"
+            "<tr><td>{}</td><td>&plusmn;{:g}&nbsp;{}</td><td>{:.2f}&nbsp;mm</td><td>{}</"
+            "td><td>{:.3f}&nbsp;N</td>"
             "<td{}>{} of 2</td></tr>",
-            html_escaped(of.of), of.change, html_escaped(of.unit), of.tip, of.force,
+            html_escaped(of.of), of.change, html_escaped(of.unit), of.tip,
+            of.at_end ? fmt::format("{:.2f}&nbsp;mm", *of.at_end) : "&ndash;", of.force,
             of.reach < 2 ? " class=\"worse\"" : "", of.reach);
     return text + "</tbody></table>";
 }
@@ -181,6 +186,14 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
         "up to 5&nbsp;% of every amount, five play at the keys of the room. The dose is that of "
         "fluoroscopy in the best view of each step, the beam on from the first frame; no contrast is "
         "given.</p>";
+    if (!ranked.empty() && ranked.front().tip_error)
+        body += fmt::format(
+            "<p>At the end of the best course the tip is known to &plusmn;{:.2g}&nbsp;mm and the largest "
+            "force on the "
+            "wall to &plusmn;{:.2g}&nbsp;N: an estimate of what segments of a finite length cost. Of what is "
+            "not known "
+            "of patient and device, the table below says more.</p>",
+            *ranked.front().tip_error, ranked.front().force_error.value_or(0));
     if (!forces.empty())
         body += "<h2>Force on the wall</h2>" +
                 debrief::line_chart("time, s", "largest force of one joint on the wall, N", forces);

@@ -123,4 +123,21 @@ TEST_F(Scan, ItsMaskBecomesVesselsWhoseImageHasTheClosedForm) {
     EXPECT_LT(edge, 0.002 * count);
 }
 
+/// Three commands from a mask to a course that the other commands play.
+TEST_F(Scan, ItsMaskBecomesAPlan) {
+    test::write(folder / "mask.nrrd", nrrd<std::uint8_t>("uint8", [](const Vec3& x) {
+                    return static_cast<std::uint8_t>(std::min(trunk.outside(x), side.outside(x)) <= 0);
+                }));
+    succeeded(folder, {"anatomy", "import", folder / "mask.nrrd", "--out", folder / "v", "--name", "y",
+                       "--inlet", "-7.5,-3.7,-122"});
+    const std::string listed = succeeded(folder, {"list", folder / "v/y.toml"}).out;
+    test::expect_said(listed, "branch1");
+    const test::Outcome planned =
+        succeeded(folder, {"plan", folder / "v/y.anatomy.json", "--to", "32,-4.5,65", "--devices", "glide035",
+                           "--frames", "6000", "--out", folder / "plan"});
+    test::expect_said(planned.out, "yes");
+    succeeded(folder, {"run", folder / "plan/best.toml", "--commands", folder / "plan/best.gw", "--out",
+                       folder / "run", "--frames", "none"});
+}
+
 }  // namespace app

@@ -7,7 +7,7 @@ namespace plan {
 namespace {
 
 const std::filesystem::path devices = test::asset("devices");
-const anatomy::ModelCache cache = {SELDINGER_SOURCE "/build/cache", {}};
+using test::plan_cache;
 
 CaseText fork_case() {
     return {test::fork_toml(), "fork.toml"};
@@ -42,7 +42,7 @@ TEST(PlanCase, ListsOfDevicesBecomeCandidatesAndSayWhatIsWrongWithThem) {
 
 TEST(PlanCase, TargetsAndEntriesAreFoundByNameBranchOrPlace) {
     const auto with = [&](const std::string& to, const std::string& from = "") {
-        return parsed(with_ends(fork_case(), to, from, devices, cache));
+        return parsed(with_ends(fork_case(), to, from, devices, plan_cache));
     };
     EXPECT_EQ(with("goal").target.name, "goal");
     const scenario::Scenario along = with("side:30");
@@ -87,8 +87,8 @@ TEST(PlanCase, APatientIsTheOneThatTheScenarioLoads) {
     for (const char* patient : {"2", "seed:17"}) {
         const scenario::Scenario own = parsed(with_patient(text, patient, devices)),
                                  loaded = scenario::load_scenario(file, devices, {}, patient);
-        EXPECT_EQ(anatomy::hash_of(scenario::anatomy_of(own, cache)),
-                  anatomy::hash_of(scenario::anatomy_of(loaded, cache)))
+        EXPECT_EQ(anatomy::hash_of(scenario::anatomy_of(own, plan_cache)),
+                  anatomy::hash_of(scenario::anatomy_of(loaded, plan_cache)))
             << patient;
     }
     test::expect_refusal([&] { with_patient(text, "99", devices); }, "expected a patient of");
@@ -106,7 +106,7 @@ TEST(PlanFile, WhatWasPlannedIsReadAsItWasWrittenAndDamagedFilesAreRefused) {
     one.peak_force = 0.123456789, one.turns = 2, one.air_kerma = 1.5;
     one.moments = {{0.1, 20, 0.01, 0.2, {1, 2, 3}}};
     one.failures = {{Ending::Wedges, script::DeviceRole::Catheter, "LRA", 12.5, 30, 7}};
-    one.sensitivities = {{"EI of the wire", 5, "%", 0.25, 0.01, 2}};
+    one.sensitivities = {{"EI of the wire", 5, "%", 0.25, 0.01, 2, 0.2}};
     const std::string text = to_json(one);
     EXPECT_EQ(to_json(planned_from(text, "a.json")), text);
     EXPECT_EQ(planned_from(text, "a.json").success(), 13.0 / 15);

@@ -7,6 +7,8 @@
 
 namespace test {
 
+inline const anatomy::ModelCache plan_cache = {SELDINGER_SOURCE "/build/cache", {}};
+
 /// Enters at the foot of a trunk of radius 4 and is to go 25 mm into a branch of radius 3, which leaves at
 /// 45 degrees to the left.
 inline std::string fork_toml(const std::string& wire = "glide035") {

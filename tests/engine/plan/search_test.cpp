@@ -9,10 +9,10 @@ namespace {
 
 using exercise::Exercise;
 
-const anatomy::ModelCache cache = {SELDINGER_SOURCE "/build/cache", {}};
+using test::plan_cache;
 
 Exercise start_of(const scenario::Scenario& s) {
-    return {s, exercise::Pictures::None, cache};
+    return {s, exercise::Pictures::None, plan_cache};
 }
 
 SearchOptions small_search() {
@@ -52,7 +52,7 @@ TEST(PlanSearch, EveryCourseReachesTheTargetWhenItsScriptIsPlayed) {
         const Found found = search(start, small_search());
         ASSERT_FALSE(found.courses.empty()) << name;
         for (const Course& course : found.courses) {
-            Exercise own(s, exercise::Pictures::None, cache);
+            Exercise own(s, exercise::Pictures::None, plan_cache);
             const author::Attempt made = author::attempt(own, course.script(), author::exact_hand, 0);
             EXPECT_TRUE(made.score.completed) << name << "\n" << course.text();
             EXPECT_EQ(made.defects, std::vector<std::string>()) << name << "\n" << course.text();
@@ -105,7 +105,7 @@ TEST(PlanJudge, CountsTheHandsThatReachAndPrefersMoreOfThem) {
     const Found found = search(start, small_search());
     ASSERT_FALSE(found.courses.empty());
     JudgeOptions options;
-    options.cache = cache;
+    options.cache = plan_cache;
     const Judged judged = judge(start, found.courses.front(), options);
     EXPECT_TRUE(judged.reaches);
     EXPECT_EQ(judged.hands, 10);
@@ -129,7 +129,7 @@ TEST(PlanJudge, SensitivitiesAreThoseOfTheWholeCourse) {
     const Found found = search(start_of(s), small_search());
     ASSERT_FALSE(found.courses.empty());
     JudgeOptions options;
-    options.cache = cache;
+    options.cache = plan_cache;
     const Course& course = found.courses.front();
     const std::vector<Sensitivity> all = sensitivities(s, course, options);
     ASSERT_EQ(all.size(), 6u);
