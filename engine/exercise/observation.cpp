@@ -42,13 +42,6 @@ constexpr Field table[] = {
     {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
     {"vessel_moved_mm", "vessel_moved_mm", "mm", "the farthest that a joint has pushed a vessel aside",
      &R::vessel_moved},
-    {"tip_error_mm", "tip_error_mm", "mm",
-     "estimate of how far the foremost tip is from that of infinitely short segments; nan, null or empty "
-     "where there is none, and nan in arrays, which do not pay for it",
-     &R::tip_error},
-    {"wall_force_error_N", "wall_force_error_N", "N",
-     "the same of the largest force of one joint on the wall: what it would be less what it is",
-     &R::wall_force_error},
     {"", "tip_force_N", "N", "force on the wall of the last joint at which the device lies outermost",
      &R::device_tip_force},
     {"", "wall_force_N", "N", "the largest force of a joint at which the device lies outermost",
@@ -116,6 +109,13 @@ constexpr Field table[] = {
      "mean pressure before the first lesion less that behind it, with the devices and balloons in it; nan, "
      "null or empty where there is no lesion",
      &R::gradient},
+    {"tip_error_mm", "tip_error_mm", "mm",
+     "estimate of how far the foremost tip is from that of infinitely short segments; nan, null or empty "
+     "where there is none, and nan in arrays, which do not pay for it",
+     &R::tip_error},
+    {"wall_force_error_N", "wall_force_error_N", "N",
+     "the same of the largest force of one joint on the wall: what it would be less what it is",
+     &R::wall_force_error},
 };
 
 Place place_of(const Vec3& v) {

@@ -11,9 +11,10 @@ namespace physics {
 namespace {
 
 /// Part of the error, without signs, that the segments split in one round cause.
-constexpr double part_of_round = 0.4;
+constexpr double part_of_round = 0.25;
 
-/// Splits the worst ones that together cause that part. Returns how many.
+/// Quarters the worst ones that together cause that part, or halves them where quarters would be too short.
+/// Returns how many joints that makes.
 int split_worst(Chain& chain, const std::vector<double>& signed_parts,
                 const ErrorRefinementOptions& options) {
     // Those of neighbours cancel where a contact lies between them.
@@ -39,8 +40,15 @@ int split_worst(Chain& chain, const std::vector<double>& signed_parts,
     while (count < worst.size() && left > 0) left -= std::abs(parts[worst[count++]]);
     worst.resize(count);
     std::ranges::sort(worst, std::greater());
-    for (const int i : worst) split_segment(chain, i);
-    return static_cast<int>(count);
+    const int before = chain.segments();
+    for (const int i : worst) {
+        const bool twice = chain.lengths[i] >= 2 * least;
+        split_segment(chain, i);
+        if (!twice) continue;
+        split_segment(chain, i + 1);
+        split_segment(chain, i);
+    }
+    return chain.segments() - before;
 }
 
 }  // namespace

@@ -14,12 +14,12 @@ struct ErrorRefinementOptions {
 
 struct ErrorRefinement {
     std::optional<double> tip;  // the last estimate [mm]
-    int rounds = 0, split = 0;  // segments
+    int rounds = 0, split = 0;  // joints put in
     long long updates = 0;      // of the rests, and of the estimates two passes over the finer chain
     bool at_rest = true;
 };
 
-/// Halves the segments that cause most of the error, as DiscretisationError::segments has it, brings the
+/// Quarters the segments that cause most of the error, as DiscretisationError::segments has it, brings the
 /// chain to rest and estimates again, until the tip is within the tolerance. The chain is at rest, of this
 /// relaxer; it stays so, with more segments, unless a rest fails.
 ErrorRefinement refine_to_error(Chain&, const LumenWall&, GlobalRelaxer&, const ErrorRefinementOptions& = {});

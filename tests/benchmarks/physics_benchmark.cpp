@@ -8,6 +8,7 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/plain_wire.h"
+#include "physics/relax/discretisation_error.h"
 #include "physics/relax/newton_terms.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
@@ -128,6 +129,20 @@ void global_push(benchmark::State& state) {
     state.SetLabel(tubes[state.range(0)]);
 }
 BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::kMillisecond);
+
+/// The estimate of the tip's error at the end of such a tube, to compare with a push of it.
+void global_tip_error(benchmark::State& state) {
+    auto [wall, wire] = scene_setup(tubes[state.range(0)]);
+    const auto relaxer = global_relaxer(wall);
+    relaxer->relax(wire, unlimited);
+    const auto contacts = physics::all_contacts(wire, wall);
+    physics::ErrorEstimator estimator(wall);
+    std::optional<physics::DiscretisationError> error;
+    for (auto _ : state) benchmark::DoNotOptimize(error = estimator.of(wire, contacts));
+    state.counters["mm"] = error ? error->tip : -1;
+    state.SetLabel(tubes[state.range(0)]);
+}
+BENCHMARK(global_tip_error)->DenseRange(0, 3)->Unit(benchmark::kMicrosecond);
 
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());

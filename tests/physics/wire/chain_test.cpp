@@ -5,6 +5,7 @@
 #include <random>
 
 #include "engine/studies/plain_wire.h"
+#include "physics/geometry/random.h"
 #include "physics/wire/bending.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/feed.h"
@@ -72,6 +73,25 @@ TEST(Chain, InsertsJustBeforeTheCurvedTipAndMovesTheTipAlong) {
     EXPECT_NEAR(now.rest[30].angle, then.rest[29].angle, 1e-12);
     EXPECT_EQ(now.rest[last].angle, 0.0);
     EXPECT_NEAR(wire.rigidity[30], before.rigidity[29], 1e-9);
+}
+
+TEST(Chain, AShapeThatBeginsAtAJointIsThereHoweverPlacesRound) {
+    // Curved tips are whole numbers of λ, so that they begin where a joint lies, but for rounding.
+    for (int seed = 0; seed < 2000; ++seed) {
+        geometry::Random random(seed);
+        const double lambda = random.between(0.5, 3);
+        studies::PlainWire wire{.segment_length = lambda,
+                                .tip_length = 30,
+                                .curved_length = lambda * (2 + static_cast<int>(6 * random())),
+                                .curved_angle = 0.8};
+        physics::Chain chain = straight_wire(wire, geometry::Vec3::Zero(), geometry::Vec3::UnitX(), 20);
+        for (int k = 0; k < 4; ++k) {
+            physics::feed(chain, physics::every_device, lambda * random());
+            double turn = 0;
+            for (const physics::RestTurn& rest : chain.devices[0].rest) turn += rest.angle;
+            ASSERT_NEAR(turn, 0.8, 0.8 / wire.curved_segments()) << "seed " << seed << ", feed " << k;
+        }
+    }
 }
 
 TEST(Chain, WithdrawsWhatItAdvanced) {
