@@ -173,7 +173,7 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
                                                       std::span<const WallContact> contacts,
                                                       bool by_segment) {
     const int n = chain.segments();
-    if (n < 2 || contacts.size() != chain.joints.size()) return {};
+    if (n < 2 || contacts.size() != chain.joints.size() || !chain.tip().allFinite()) return {};
     cut(chain, contacts);
     lay(chain);
     place_grips(chain);

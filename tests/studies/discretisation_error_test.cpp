@@ -3,7 +3,10 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
+#include "engine/exercise/simulation.h"
 #include "physics/relax/error_refinement.h"
+#include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
 #include "tests/physics/random_tube.h"
 
 using namespace physics;
@@ -88,4 +91,56 @@ TEST(DiscretisationErrorStudy, SegmentsLedByTheEstimateAgainstUniformOnesOfTheSa
         1e3 * seconds / cases, 1e3 * seconds_of_uniform / cases, seconds_of_uniform / seconds);
     EXPECT_GE(segments_of_uniform, 1.3 * segments);
     EXPECT_GE(of_uniform, updates);
+}
+
+// A hand that pushes on, with friction and vessels that give way: λ against λ/4.
+TEST(DiscretisationErrorStudy, TheSameHandWithAQuarterOfTheSegmentsInAnExercise) {
+    const scenario::Scenario as_shipped = test::shipped_scenario("iliac_aorta");
+    exercise::Simulation coarse(as_shipped, test::cache());
+    const double lambda = coarse.wire().grid.segment_length;
+    scenario::Scenario finer = as_shipped;
+    finer.segment_length = lambda / 4;
+    finer.wall_stiffness = coarse.scenario().wall_stiffness / 4;
+    finer.budget.updates = 100'000'000;
+    exercise::Simulation fine(finer, test::cache());
+    RatioCounts ratios;
+    for (int frame = 0; frame < 150; ++frame) {
+        for (exercise::Simulation* one : {&coarse, &fine}) {
+            one->apply(script::Advance{lambda});
+            one->step();
+        }
+        if (frame % 10 != 0) continue;
+        const auto error = coarse.tip_error();
+        ASSERT_TRUE(error) << "frame " << frame;
+        const double apart = (coarse.tip() - fine.tip()).norm();
+        std::printf("frame %d: %.4f mm, estimate %.4f mm\n", frame, apart, error->tip);
+        ratios.add(apart / error->tip);
+    }
+    print("tip of iliac_aorta", ratios);
+    EXPECT_GE(ratios.share(), 0.5);
+    EXPECT_LE(ratios.largest, 8);
+}
+
+TEST(DiscretisationErrorStudy, TakesAFifthOfAPushAtMostInExercises) {
+    for (const char* name : {"iliac_aorta", "arch", "arch_3", "renal", "coronary"}) {
+        exercise::Simulation simulation(test::shipped_scenario(name), test::cache());
+        double pushing = 0, estimating = 0;
+        int rests = 0, estimates = 0;
+        for (int frame = 0; frame < 150; ++frame) {
+            simulation.apply(script::Advance{simulation.wire().grid.segment_length});
+            const double start = io::thread_cpu_seconds();
+            simulation.step();
+            const double stepped = io::thread_cpu_seconds();
+            const auto error = simulation.tip_error();
+            estimating += io::thread_cpu_seconds() - stepped;
+            pushing += stepped - start;
+            rests += simulation.readings().at_rest && simulation.readings().strict_minimum;
+            estimates += error.has_value();
+        }
+        std::printf("%s: %.0f us of %.0f us, %.0f %%; stated in %d of %d rests\n", name,
+                    1e6 / 150 * estimating, 1e6 / 150 * pushing, 100 * estimating / pushing, estimates,
+                    rests);
+        EXPECT_LE(estimating, 0.25 * pushing) << name;
+        EXPECT_GE(estimates, 0.7 * rests) << name;
+    }
 }

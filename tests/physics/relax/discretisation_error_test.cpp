@@ -111,5 +111,8 @@ TEST(DiscretisationError, IsEmptyWhereThereIsNone) {
     wire.load = {-1, 0, 0};
     EXPECT_FALSE(estimator.of(wire, all_contacts(wire, wall)));
     wire.load.setZero();
+    Chain lost = wire;
+    lost.joints.back()[1] = std::nan("");
+    EXPECT_FALSE(estimator.of(lost, all_contacts(wire, wall)));
     EXPECT_TRUE(estimator.of(wire, all_contacts(wire, wall)));
 }
