@@ -209,9 +209,9 @@ public:
     /// Where complications make the lumen narrower than its mesh. While they come and go it changes a few
     /// times only, for the image has to be made anew.
     const std::vector<render::VertexMove>& narrowed_lumen() const;
-    /// How far the foremost tip and the largest force on the wall are from those of infinitely short segments,
-    /// and which segments cause it, if asked for. Made anew by each call, at the cost of a part of a push.
-    /// Empty unless the wire shown is a strict minimum, and where no estimate is possible.
+    /// How far the foremost tip and the largest force on the wall are from those of infinitely short
+    /// segments, and which segments cause it, if asked for. Made anew by each call, at the cost of a part of
+    /// a push. Empty unless the wire shown is a strict minimum, and where no estimate is possible.
     std::optional<physics::DiscretisationError> tip_error(bool by_segment = false) const;
     /// The farthest that a joint has pushed a vessel [mm].
     double farthest_vessel_move() const;

@@ -212,7 +212,9 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
             }());
     body += views_of(of);
     body += failures(ranked);
-    body += risks.empty() ? "" : "<h2>What makes the way hard</h2><ul class=\"advice\">" + risks + "</ul>";
+    body += "<h2>What makes the way hard</h2>" +
+            (risks.empty() ? "<p>No sharp bend, thin place or steep take-off lies on the way.</p>"
+                           : "<ul class=\"advice\">" + risks + "</ul>");
     if (!ranked.empty()) body += sensitivity_table(ranked.front());
     body += "<h2>What was not tried</h2><ul class=\"advice\">" + not_tried + "</ul>";
     return fmt::format(

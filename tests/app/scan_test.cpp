@@ -130,8 +130,7 @@ TEST_F(Scan, ItsMaskBecomesAPlan) {
                 }));
     succeeded(folder, {"anatomy", "import", folder / "mask.nrrd", "--out", folder / "v", "--name", "y",
                        "--inlet", "-7.5,-3.7,-122"});
-    const std::string listed = succeeded(folder, {"list", folder / "v/y.toml"}).out;
-    test::expect_said(listed, "branch1");
+    succeeded(folder, {"anatomy", "check", folder / "v/y.anatomy.json"});
     const test::Outcome planned =
         succeeded(folder, {"plan", folder / "v/y.anatomy.json", "--to", "32,-4.5,65", "--devices", "glide035",
                            "--frames", "6000", "--out", folder / "plan"});
