@@ -68,7 +68,7 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
 }
 
 TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
-    const std::vector<std::string> devices = {"--devices", "own,glidestraight035,jwire035"};
+    const std::vector<std::string> devices = {"--devices", "own,glidestraight035,rosen035"};
     ASSERT_EQ(plan(devices, "whole").code, 0);
     const int first = plan(joined(devices, {"--shard", "1/2"}), "a").code;
     const int second = plan(joined(devices, {"--shard", "2/2", "--threads", "1"}), "b").code;

@@ -43,6 +43,8 @@ radius_mm = 5.0
 hold_s = 0.3
 [c_arm]
 isocentre_mm = [10, 0, 60]
+[imaging]
+patient = false
 )";
 }
 
