@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/json.h"
 #include "app/played_attempt.h"
 #include "engine/anatomy/anatomy.h"
 #include "engine/io/files.h"
@@ -69,13 +70,19 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
                 const plan::PlanOptions& options) {
     const fs::path out = arguments.out;
     plan::rank(all);
+    // Those of a share's first, which is not the first of all.
+    for (std::size_t k = 1; k < all.size(); ++k) {
+        if (all[k].sensitivities.empty()) continue;
+        all[k].sensitivities.clear();
+        io::write_whole(file_of(out, all[k].name), plan::to_json(all[k]));
+    }
     plan::add_sensitivities(all, options);
     plan::ReportCase of;
     const plan::Planned& first = all.front();
     const scenario::Scenario scenario =
         scenario::parse_scenario(first.scenario, out / "best.toml", options.catalogue);
     of.title = scenario.title;
-    of.program = fmt::format("{}; {} sets of devices, seed {}", program, all.size(), arguments.seed);
+    of.program = fmt::format("{}; {} sets of devices; {}", program, all.size(), first.settings);
     of.vessels = scenario::anatomy_of(scenario, options.cache);
     const auto end = anatomy::find_end(of.vessels, scenario.entry.end);
     if (end) of.entry = of.vessels.ends[static_cast<std::size_t>(*end)].opening.centre;
@@ -88,9 +95,7 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
         "Other devices than those in the table, other accesses, and other shapes of a tip.",
         "Contrast, exchanges for devices of the tray, and treatment: a course brings a device to the target.",
         "Amounts finer than the search's: pushes of 2 mm a frame, turns in steps of 45 degrees.",
-        fmt::format(
-            "More than {} simulated frames for each set of devices{}.", arguments.frames,
-            arguments.time_limit ? fmt::format(", or more than {:g} s in all", *arguments.time_limit) : "")};
+        fmt::format("More than was asked for: {}.", first.settings)};
     const std::string page = plan::report(of, all), csv = plan::to_csv(all),
                       json = plan::plan_json(all, program);
     std::vector<std::pair<fs::path, std::string_view>> files = {
@@ -130,6 +135,41 @@ void print_plan(const std::vector<plan::Planned>& all) {
     }
 }
 
+constexpr const char* share_file = "shard.json";
+
+/// Which share of which list a folder holds.
+std::string share_text(const std::string& shard, const std::vector<plan::Candidate>& all,
+                       const plan::CaseText& text, const plan::PlanOptions& options) {
+    Json devices = Json::array();
+    for (const plan::Candidate& one : all) devices.push_back(one.name.empty() ? "own" : one.name);
+    return Json{{"schema", 1},
+                {"shard", shard},
+                {"devices", devices},
+                {"case", plan::identity_of(text, {}, options)}}
+               .dump() +
+           "\n";
+}
+
+/// Throws InputError unless the folders are all shares of one list, each once.
+void require_whole(const std::vector<fs::path>& folders, const std::vector<plan::Planned>& all) {
+    std::optional<Json> first;
+    for (const fs::path& folder : folders) {
+        const fs::path file = folder / share_file;
+        const std::string text = io::read_text(file, "share", "expected a folder of 'plan --shard'");
+        const Json share = Json::parse(text, nullptr, false);
+        if (share.is_discarded() || !share.is_object() || !share.contains("devices") ||
+            !share.contains("case"))
+            throw io::InputError("{}: expected what 'plan --shard' writes", file.string());
+        if (first && (share["case"] != (*first)["case"] || share["devices"] != (*first)["devices"]))
+            throw io::InputError("{}: expected shares of one plan, found another's than in {}", file.string(),
+                                 folders.front().string());
+        first = share;
+    }
+    for (const Json& name : (*first)["devices"])
+        if (std::ranges::none_of(all, [&](const plan::Planned& one) { return one.name == name; }))
+            throw io::InputError("merge: expected all shares, found none with '{}'", name.get<std::string>());
+}
+
 int merge(const PlanArguments& arguments, const plan::PlanOptions& options) {
     if (arguments.shard)
         throw BadArgument(
@@ -155,6 +195,7 @@ int merge(const PlanArguments& arguments, const plan::PlanOptions& options) {
             all.push_back(std::move(one));
         }
     }
+    require_whole(arguments.folders, all);
     io::OwnFolder own(arguments.out);
     own.make(candidates_folder);
     own.keep();
@@ -201,7 +242,9 @@ int make_plan(const PlanArguments& arguments) {
         const scenario::Scenario scenario = scenario::parse_scenario(text.toml, text.file, options.catalogue);
         std::vector<plan::Candidate> candidates =
             plan::candidates_of(arguments.devices, scenario, options.catalogue);
+        std::string share;
         if (arguments.shard) {
+            share = share_text(*arguments.shard, candidates, text, options);
             const io::Shard shard = io::parse_shard(*arguments.shard);
             std::vector<plan::Candidate> own;
             for (std::size_t k = 0; k < candidates.size(); ++k)
@@ -214,6 +257,7 @@ int make_plan(const PlanArguments& arguments) {
         io::OwnFolder own(arguments.out);
         own.make(candidates_folder);
         own.keep();
+        if (!share.empty()) io::write_whole(fs::path(arguments.out) / share_file, share);
         for (std::size_t k = 0; k < candidates.size(); ++k) {
             options.progress = [&](double part, const std::string& doing) {
                 bar.show((static_cast<double>(k) + part) / static_cast<double>(candidates.size()), doing);

@@ -6,18 +6,19 @@ usage() {
     cat <<'END'
 app/slurm/submit.sh [OPTIONS] batch LIST --out OUT [...]
 app/slurm/submit.sh [OPTIONS] study ID --out OUT [...]
+app/slurm/submit.sh [OPTIONS] plan SCENARIO --devices LIST --out OUT [...]
 app/slurm/submit.sh [OPTIONS] bake EXERCISE --seeds FIRST:END --cache FOLDER
 
 Submits an array of jobs, each with one share of the command, and a job after them that merges. What is merged equals,
 byte for byte, what the command leaves on one machine. Paths must be the same on every node.
 
   -n SHARDS    shares, and jobs of the array (8)
-  -c CORES     cores of a job; batch and study use them all (1)
+  -c CORES     cores of a job; batch, study and plan use them all (1)
   -s OPTION    one more option of sbatch, as often as needed: -s --partition=short -s --time=60
   -w           waits for the end, and ends with its exit code
 
-Shares of batch and study are made in OUT.shards, with the output of each job; the folder may be removed after the merge.
-A job that Slurm starts again goes on where it was (batch, bake) or begins again (study).
+Shares of batch, study and plan are made in OUT.shards, with the output of each job; the folder may be removed after the merge.
+A job that Slurm starts again goes on where it was (batch, plan, bake) or begins again (study).
 SELDINGER_PROGRAM is the program; else the one built here, or the one on the PATH.
 END
 }
@@ -73,7 +74,7 @@ while [ $# -gt 0 ]; do
 done
 
 case $kind in
-batch | study)
+batch | study | plan)
     [ -n "$out" ] || refuse "$kind: --out is missing; a folder is accepted"
     [ -z "$seeds" ] || refuse "$kind: --seeds goes with bake"
     out=$(realpath -m -- "$out")
@@ -85,11 +86,11 @@ bake)
     first=$((10#${BASH_REMATCH[1]})) end=$((10#${BASH_REMATCH[2]}))
     [ "$first" -lt "$end" ] || refuse "bake: --seeds $seeds: FIRST below END is accepted"
     [ -n "$cache" ] || refuse "bake: --cache is missing; a folder that every node reaches is accepted"
-    [ -z "$out" ] || refuse "bake: --out goes with batch and study"
+    [ -z "$out" ] || refuse "bake: --out goes with batch, study and plan"
     [ "$shards" -le $((end - first)) ] || shards=$((end - first))
     folder=$(realpath -m -- "$cache").shards
     ;;
-*) refuse "'$kind': batch, study or bake is accepted" ;;
+*) refuse "'$kind': batch, study, plan or bake is accepted" ;;
 esac
 [ -z "$cache" ] || cache=$(realpath -m -- "$cache")
 
@@ -104,6 +105,10 @@ batch)
 study)
     share="$quoted --shard \"\$SLURM_ARRAY_TASK_ID/$shards\" --threads $cores --out $(numbered SLURM_ARRAY_TASK_ID)"
     ;;
+plan)
+    share="$quoted --shard \"\$SLURM_ARRAY_TASK_ID/$shards\" --threads $cores --out $(numbered SLURM_ARRAY_TASK_ID)"
+    share+=" --cache $(printf %q "${cache:-$folder/cache}")"
+    ;;
 bake)
     # Shares of the same cache, whose locks keep two from growing the same vessels.
     share="n=$((end - first)); k=\$SLURM_ARRAY_TASK_ID; "
@@ -111,7 +116,7 @@ bake)
     ;;
 esac
 case $kind in
-batch | study)
+batch | study | plan)
     merge="$(printf '%q %q merge' "$program" "$kind")"
     for ((k = 1; k <= shards; ++k)); do merge+=$(printf ' %q' "$folder/$(printf %04d "$k")"); done
     merge+=$(printf ' --out %q' "$out")

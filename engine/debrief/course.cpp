@@ -190,7 +190,7 @@ CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenari
     row.area_product = score.area_product;
     row.angiograms = score.angiograms;
     row.teacher = exercise::text_of(score.teacher);
-    if (score.treatment) row.treatment = treatment_of(*score.treatment);
+    if (score.treatment) row.treatment = CourseTreatment{exercise::worst_of(*score.treatment)};
     return row;
 }
 
@@ -301,38 +301,6 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
 
 }  // namespace
 
-CourseTreatment treatment_of(const exercise::TreatmentScore& score) {
-    using Value = std::optional<double>;
-    const auto least = [](Value& worst, const Value& value) {
-        if (value) worst = std::min(worst.value_or(*value), *value);
-    };
-    const auto most = [](Value& worst, const Value& value) {
-        if (value) worst = std::max(worst.value_or(*value), *value);
-    };
-    const auto farthest = [](Value& worst, const Value& value) {
-        if (value && (!worst || std::abs(*value) > std::abs(*worst))) worst = value;
-    };
-    CourseTreatment made;
-    for (const exercise::LesionScore& lesion : score.lesions) {
-        most(made.residual, lesion.after.residual);
-        least(made.lumen, lesion.after.lumen);
-        most(made.gradient, lesion.after.gradient());
-        if (!score.stents.empty()) least(made.covered, lesion.stented ? lesion.stented->covered : 0.0);
-        if (!lesion.stented) continue;
-        most(made.missed_proximal, lesion.stented->missed_proximal);
-        most(made.missed_distal, lesion.stented->missed_distal);
-        farthest(made.proximal_off, lesion.stented->proximal_off);
-        farthest(made.distal_off, lesion.stented->distal_off);
-    }
-    if (score.tally.largest_ratio > 0) made.balloon_to_artery = score.tally.largest_ratio;
-    made.inflations = score.tally.inflations;
-    made.bursts = score.bursts;
-    made.dissections = score.dissections;
-    made.dissections_left = score.dissections_left;
-    made.ruptures = score.ruptures;
-    return made;
-}
-
 int CourseRow::all_errors() const {
     int sum = 0;
     for (const int count : errors) sum += count;
@@ -428,22 +396,7 @@ std::vector<std::pair<std::string, Cell>> columns_of(const CourseRow& row, const
                                    {"steps", row.steps ? row.steps->second : none},
                                    {"patient", row.patient},
                                    {"teacher", row.teacher}});
-    const CourseTreatment treated = row.treatment.value_or(CourseTreatment());
-    const auto count = [&](int value) { return row.treatment ? value : none; };
-    columns.insert(columns.end(), {{"residual_percent", treated.residual.value_or(none)},
-                                   {"lumen_mm", treated.lumen.value_or(none)},
-                                   {"gradient_mmHg", treated.gradient.value_or(none)},
-                                   {"stent_covered_percent", treated.covered.value_or(none)},
-                                   {"missed_proximal_mm", treated.missed_proximal.value_or(none)},
-                                   {"missed_distal_mm", treated.missed_distal.value_or(none)},
-                                   {"proximal_off_plan_mm", treated.proximal_off.value_or(none)},
-                                   {"distal_off_plan_mm", treated.distal_off.value_or(none)},
-                                   {"balloon_to_artery", treated.balloon_to_artery.value_or(none)},
-                                   {"inflations", count(treated.inflations)},
-                                   {"bursts", count(treated.bursts)},
-                                   {"balloon_dissections", count(treated.dissections)},
-                                   {"balloon_dissections_left", count(treated.dissections_left)},
-                                   {"ruptures", count(treated.ruptures)}});
+    for (const auto& [name, value] : exercise::columns_of(row.treatment)) columns.emplace_back(name, value);
     return columns;
 }
 

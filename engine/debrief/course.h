@@ -15,7 +15,7 @@
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/handling.h"
-#include "engine/exercise/treatment_score.h"
+#include "engine/exercise/worst_treatment.h"
 #include "engine/scenario/scenario.h"
 
 namespace debrief {
@@ -68,19 +68,8 @@ CoursePlan usual_plan(std::span<const scenario::Scenario>);
 CoursePlan parse_plan(const std::string& toml, const std::string& file, const FindScenario&,
                       const CoursePlan& usual);
 
-/// What balloons and stents made of an attempt's lesions; of several the worst, of the plan's ends the
-/// farthest. Raw, as in score.json; empty is what has no meaning, as ends without a stent.
-struct CourseTreatment {
-    std::optional<double> residual;                        // [percent]
-    std::optional<double> lumen, gradient;                 // [mm], [mmHg]
-    std::optional<double> covered;                         // by stents [percent]
-    std::optional<double> missed_proximal, missed_distal;  // [mm]
-    std::optional<double> proximal_off, distal_off;        // stents from the plan; + = too far distal [mm]
-    std::optional<double> balloon_to_artery;               // [-]
-    int inflations = 0, bursts = 0;
-    int dissections = 0, dissections_left = 0, ruptures = 0;  // by a balloon
-};
-CourseTreatment treatment_of(const exercise::TreatmentScore&);
+/// As a page keeps it.
+struct CourseTreatment : exercise::WorstTreatment {};
 
 /// One attempt; a recording has several where it was reset.
 struct CourseRow {

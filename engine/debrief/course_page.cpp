@@ -283,7 +283,7 @@ std::string treatment_table(std::span<const CourseRow* const> rows) {
     std::string body;
     for (const CourseRow* row : rows) {
         if (!row->treatment) continue;
-        const CourseTreatment& t = *row->treatment;
+        const exercise::WorstTreatment& t = *row->treatment;
         body += fmt::format(
             "<tr><td class=\"day\">{}</td><td "
             "class=\"text\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>"

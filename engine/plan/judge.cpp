@@ -8,6 +8,7 @@
 #include "engine/author/attempt.h"
 #include "engine/exercise/observation.h"
 #include "engine/room/played_hand.h"
+#include "physics/geometry/mesh_query.h"
 #include "physics/geometry/parallel.h"
 #include "physics/relax/tip_response.h"
 
@@ -107,6 +108,29 @@ std::vector<Moment> moments_of(exercise::Exercise& exercise, const Course& cours
     return moments;
 }
 
+namespace {
+
+std::optional<double> wall_error(const exercise::Simulation& simulation) {
+    if (!simulation.vessels_stay()) return {};
+    const physics::Chain& chain = simulation.wire();
+    const std::span<const physics::WallContact> contacts = simulation.contacts();
+    const geometry::MeshQuery mesh(simulation.anatomy().lumen);
+    std::optional<double> worst;
+    for (std::size_t j = 1; j < contacts.size(); ++j) {
+        const physics::WallContact& contact = contacts[j];
+        // Past an open end there is no mesh.
+        if (!contact.touches() ||
+            mesh.distance(chain.joints[j]) > contact.clearance + 2 * chain.inner_radius())
+            continue;
+        const double radius = chain.inner_radius() + contact.thickness;
+        worst = std::max(worst.value_or(0),
+                         std::abs(contact.penetration - (radius - mesh.distance(chain.joints[j]))));
+    }
+    return worst;
+}
+
+}  // namespace
+
 void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
     judged.moments = moments_of(exercise, judged.course);
@@ -114,6 +138,13 @@ void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const Ju
         judged.tip_error = error->tip;
         judged.force_error = std::abs(error->wall_force);
     }
+    const exercise::Simulation& end = exercise.simulation();
+    judged.wall_error = wall_error(end);
+    for (std::size_t k = 0; k < end.wire().devices.size(); ++k) {
+        const std::string said = end.torsion_sentence(static_cast<int>(k));
+        if (!said.empty()) judged.left_out.push_back(said);
+    }
+    if (const std::string said = end.vessels_sentence(); !said.empty()) judged.left_out.push_back(said);
     judged.score = exercise.finish();
 }
 

@@ -33,6 +33,11 @@ struct Judged {
     /// At the end: how far the tip and the largest force are from those of infinitely short segments; empty
     /// where there is no estimate [mm], [N].
     std::optional<double> tip_error, force_error;
+    /// The most that the wall of the devices, a smoothed field, is off the mesh of the lumen where a joint
+    /// touches at the end; empty where none does, or vessels have made way [mm].
+    std::optional<double> wall_error;
+    /// What the models that the simulation chose leave out, a sentence each.
+    std::vector<std::string> left_out;
 
     /// Of all inexact hands [-].
     double success() const;

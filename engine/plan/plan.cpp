@@ -65,6 +65,8 @@ void take(Planned& planned, const Judged& judged) {
     planned.contrast = judged.score.contrast;
     planned.tip_error = judged.tip_error;
     planned.force_error = judged.force_error;
+    planned.wall_error = judged.wall_error;
+    planned.left_out = judged.left_out;
     planned.handling_errors = static_cast<int>(judged.score.handling_errors.size());
     planned.defects = judged.defects;
     planned.moments = judged.moments;
@@ -108,6 +110,9 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
     Planned planned;
     planned.name = candidate.name.empty() ? "own" : candidate.name;
     planned.identity = identity_of(text, candidate, options);
+    planned.settings = fmt::format("seed {}, up to {} simulated frames in each search, {} restart{}",
+                                   options.search.seed, options.search.most_frames, options.search.restarts,
+                                   options.search.restarts == 1 ? "" : "s");
     const CaseText own = with_devices(text, candidate);
     planned.scenario = moved_to(own, own.file).toml;
     const scenario::Scenario scenario = scenario::parse_scenario(own.toml, own.file, options.catalogue);

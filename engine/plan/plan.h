@@ -21,6 +21,7 @@ struct Planned {
     std::string identity;  // of case, devices, options and program: what was made is not made again
     std::vector<std::string> devices;  // "wire: 0.035 in hydrophilic nitinol, angled"
     std::string scenario;              // TOML, with files by their whole path
+    std::string settings;              // "seed 1, 40000 frames a search, 2 restarts"
     std::string refused;               // why no exercise could begin; empty: one did
     bool reached = false;              // and the rest of what follows is of the best course
     bool within_limits = true;         // of force and turns
@@ -34,6 +35,8 @@ struct Planned {
     std::optional<double> air_kerma, area_product;  // [mGy], [Gy·cm²]
     double contrast = 0;                            // [ml]
     std::optional<double> tip_error, force_error;   // at the end, as Judged has them [mm], [N]
+    std::optional<double> wall_error;               // likewise [mm]
+    std::vector<std::string> left_out;              // likewise
     int handling_errors = 0;
     std::vector<std::string> defects;
     std::vector<Moment> moments;

@@ -43,6 +43,7 @@ Json summary_of(const Planned& one) {
                  {"within_limits", one.within_limits},
                  {"stopped", one.stopped},
                  {"refused", one.refused},
+                 {"settings", one.settings},
                  {"left_mm", one.left},
                  {"success", one.success()},
                  {"hands", one.hands},
@@ -60,6 +61,8 @@ Json summary_of(const Planned& one) {
                  {"contrast_ml", one.contrast},
                  {"tip_error_mm", number_or_null(one.tip_error)},
                  {"wall_force_error_N", number_or_null(one.force_error)},
+                 {"wall_error_mm", number_or_null(one.wall_error)},
+                 {"left_out", one.left_out},
                  {"handling_errors", one.handling_errors},
                  {"defects", one.defects},
                  {"frames_simulated", one.frames},
@@ -104,6 +107,7 @@ Planned planned_from(const std::string& text, const std::string& file) {
         get("within_limits", one.within_limits);
         get("stopped", one.stopped);
         get("refused", one.refused);
+        get("settings", one.settings);
         get("left_mm", one.left);
         get("hands", one.hands);
         get("hands_reach", one.hands_reach);
@@ -120,6 +124,8 @@ Planned planned_from(const std::string& text, const std::string& file) {
         get("contrast_ml", one.contrast);
         maybe("tip_error_mm", one.tip_error);
         maybe("wall_force_error_N", one.force_error);
+        maybe("wall_error_mm", one.wall_error);
+        get("left_out", one.left_out);
         get("handling_errors", one.handling_errors);
         get("defects", one.defects);
         get("frames_simulated", one.frames);

@@ -125,6 +125,24 @@ std::string views_of(const ReportCase& of) {
     return text + "</div>";
 }
 
+std::string how_sure(const Planned& best) {
+    std::string text = "<h2>How sure</h2><ul class=\"advice\">";
+    text += best.tip_error
+                ? fmt::format(
+                      "<li>At the end of the best course the tip is known to &plusmn;{:.2g}&nbsp;mm, and the "
+                      "largest force on the wall to &plusmn;{:.2g}&nbsp;N: an estimate of what segments of a "
+                      "finite length cost.</li>",
+                      *best.tip_error, best.force_error.value_or(0))
+                : "<li>Of what segments of a finite length cost at the end there is no estimate.</li>";
+    if (best.wall_error)
+        text += fmt::format(
+            "<li>The wall that the devices meet is at most {:.2g}&nbsp;mm off the lumen's mesh where "
+            "they touch it at the end.</li>",
+            *best.wall_error);
+    for (const std::string& one : best.left_out) text += fmt::format("<li>{}</li>", html_escaped(one));
+    return text + "</ul>";
+}
+
 std::string sensitivity_table(const Planned& one) {
     if (one.sensitivities.empty()) return "";
     std::string text =
@@ -186,14 +204,7 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
         "up to 5&nbsp;% of every amount, five play at the keys of the room. The dose is that of "
         "fluoroscopy in the best view of each step, the beam on from the first frame; no contrast is "
         "given.</p>";
-    if (!ranked.empty() && ranked.front().tip_error)
-        body += fmt::format(
-            "<p>At the end of the best course the tip is known to &plusmn;{:.2g}&nbsp;mm and the largest "
-            "force on the "
-            "wall to &plusmn;{:.2g}&nbsp;N: an estimate of what segments of a finite length cost. Of what is "
-            "not known "
-            "of patient and device, the table below says more.</p>",
-            *ranked.front().tip_error, ranked.front().force_error.value_or(0));
+    if (!ranked.empty() && ranked.front().reached) body += how_sure(ranked.front());
     if (!forces.empty())
         body += "<h2>Force on the wall</h2>" +
                 debrief::line_chart("time, s", "largest force of one joint on the wall, N", forces);

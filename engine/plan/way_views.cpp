@@ -51,7 +51,8 @@ Course with_views(Course course, const std::vector<StepViews>& steps, const anat
             script::MoveArm arm;
             arm.lao = steps[k].best.front().angles.lao;
             arm.cranial = steps[k].best.front().angles.cranial;
-            arm.isocentre = steps[k].middle;
+            // Tenths of a millimetre, as a table moves.
+            arm.isocentre = (10 * steps[k].middle).array().round() / 10;
             lines.push_back({static_cast<int>(frame), static_cast<int>(frame), arm});
             break;
         }

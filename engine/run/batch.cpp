@@ -13,6 +13,7 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "engine/exercise/worst_treatment.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -184,25 +185,16 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
         const auto number_of = [&](exercise::HandlingError kind) {
             return static_cast<double>(errors[static_cast<std::size_t>(kind)]);
         };
-        // Of lesions the worst; empty where there is none.
-        double residual = none, lumen = none, gradient = none, covered = none;
-        if (s.treatment) {
-            for (const exercise::LesionScore& lesion : s.treatment->lesions) {
-                residual = std::fmax(residual, lesion.after.residual);
-                lumen = std::fmin(lumen, lesion.after.lumen);
-                gradient = std::fmax(gradient, lesion.after.gradient().value_or(none));
-                covered = std::fmin(covered, lesion.stented ? lesion.stented->covered : 0.0);
-            }
-            if (s.treatment->stents.empty()) covered = none;
-        }
         for (const double value :
              {static_cast<double>(s.completed), s.completion_time.value_or(none), s.beam_on_time, s.contrast,
               s.wire_travel, s.tip_to_target, s.peak_wall_force, static_cast<double>(s.wrong_entries()),
               static_cast<double>(s.handling_errors.size()), number_of(exercise::HandlingError::Dissection),
-              number_of(exercise::HandlingError::Perforation), residual, lumen, gradient, covered,
-              s.treatment ? static_cast<double>(s.treatment->tally.inflations) : none,
-              static_cast<double>(s.frames)})
+              number_of(exercise::HandlingError::Perforation)})
             row.cells.emplace_back(value);
+        std::optional<exercise::WorstTreatment> treatment;
+        if (s.treatment) treatment = exercise::worst_of(*s.treatment);
+        for (const auto& [name, value] : exercise::columns_of(treatment)) row.cells.emplace_back(value);
+        row.cells.emplace_back(static_cast<double>(s.frames));
         row.cells.emplace_back(io::hash_text(result.state_hash));
         row.cells.emplace_back(std::string());
     } catch (const std::exception& error) {

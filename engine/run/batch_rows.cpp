@@ -23,7 +23,9 @@ using BatchJson = nlohmann::json;
 const char* const header =
     "run,scenario,commands,values,reached,completion_time_s,beam_on_time_s,contrast_ml,wire_travel_mm,"
     "tip_to_target_mm,peak_wall_force_N,wrong_entries,handling_errors,dissections,"
-    "perforations,residual_percent,lumen_mm,gradient_mmHg,stent_covered_percent,inflations,"
+    "perforations,residual_percent,lumen_mm,gradient_mmHg,stent_covered_percent,missed_proximal_mm,"
+    "missed_distal_mm,proximal_off_plan_mm,distal_off_plan_mm,balloon_to_artery,inflations,bursts,"
+    "balloon_dissections,balloon_dissections_left,ruptures,"
     "frames,state_hash,problem\n";
 
 namespace fs = std::filesystem;

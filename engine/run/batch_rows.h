@@ -13,7 +13,7 @@
 namespace run {
 
 /// Of batch.csv.
-inline constexpr std::size_t batch_columns = 23;
+inline constexpr std::size_t batch_columns = 32;
 
 /// What is kept of a run, to go on from.
 struct BatchRow {

@@ -60,7 +60,7 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     const std::string page = read(folder / "plan/plan.html");
     for (const char* said :
          {"1 of 2 sets of devices reach", "Where the others fail", "What makes the way hard",
-          "What the best course depends on", "What was not tried", "from the left"})
+          "What the best course depends on", "How sure", "known to", "What was not tried", "from the left"})
         test::expect_said(page, said);
     for (const char* number : {"nan&nbsp;", "inf&nbsp;", ">nan", ">inf"})
         EXPECT_EQ(page.find(number), std::string::npos);
@@ -85,6 +85,10 @@ TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
     expect_refused(plan(joined(devices, {"--shard", "4/4"}), "c"), "expected at most 3 shards");
     expect_refused(test::run(folder, {"plan", "merge", "a", "a", "--out", "twice"}),
                    "expected each set of devices once");
+    expect_refused(test::run(folder, {"plan", "merge", "a", "--out", "half"}),
+                   "expected all shares, found none with");
+    expect_refused(test::run(folder, {"plan", "merge", "whole", "--out", "half"}),
+                   "expected a folder of 'plan --shard'");
     expect_refused(test::run(folder, {"plan", "merge", "nowhere", "--out", "twice"}), "found none");
 }
 

@@ -80,9 +80,11 @@ printf '0 beam on\n1..12 advance 3 mm\n13 rotate 40 deg\n14..20 advance 2 mm\n20
 } >"$work/in/list.toml"
 begin batch -n 5 batch "$work/in/list.toml" --out "$work/many"
 begin study -n 4 study wall-variation --quick --out "$work/study2"
+begin plan -n 2 plan s_bend --devices own,glidestraight035,jwire035 --out "$work/plan2" --cache "$work/cache3"
 begin bake -n 3 bake rca --seeds 3:6 --cache "$work/baked2"
 "$program" batch "$work/in/list.toml" --out "$work/one" --jobs 1 --cache "$work/cache1" >/dev/null 2>&1
 "$program" study wall-variation --quick --threads 1 --out "$work/study1" >/dev/null 2>&1
+"$program" plan s_bend --devices own,glidestraight035,jwire035 --out "$work/plan1" --threads 2 --cache "$work/cache4" >/dev/null 2>&1
 "$program" bake rca --seeds 3:6 --cache "$work/baked1" >/dev/null 2>&1
 wait "${begun[@]}"
 
@@ -95,6 +97,9 @@ echo "slurm: batch: $made runs, 5 shares on 2 nodes, $(find "$work/many" -type f
 ended study 0
 same "$work/study1" "$work/study2" "a study"
 echo "slurm: study wall-variation: 4 shares, $(find "$work/study2" -type f | wc -l) files equal"
+ended plan 0
+same "$work/plan1" "$work/plan2" "a plan"
+echo "slurm: plan: 3 sets of devices, 2 shares, $(find "$work/plan2" -type f | wc -l) files equal"
 ended bake 0
 same "$work/baked1" "$work/baked2" "baking"
 echo "slurm: bake: 3 anatomies, 3 shares, $(find "$work/baked2" -type f | wc -l) files equal"
@@ -104,7 +109,7 @@ printf 'schema = 1\n[[run]]\nscenario = "straight"\ncommands = "x.gw"\n' >"$work
 app/slurm/submit.sh -w -n 2 batch "$work/in/one.toml" --out "$work/none" >"$work/said" 2>&1
 [ $? = 2 ] && grep -q 'expected at most 1, one a run' "$work/said" || fail "more shares than runs: $(cat "$work/said")"
 app/slurm/submit.sh run renal --out x >/dev/null 2>"$work/said"
-[ $? = 2 ] && grep -q "batch, study or bake" "$work/said" || fail "another command: $(cat "$work/said")"
+[ $? = 2 ] && grep -q "batch, study, plan or bake" "$work/said" || fail "another command: $(cat "$work/said")"
 
 echo "slurm: $failed failures"
 [ "$failed" = 0 ]

@@ -326,10 +326,10 @@ TEST(Course, OfSeveralLesionsTheWorstCounts) {
         stented.missed_proximal = 2 + sign, stented.missed_distal = 2 - sign;
         stented.proximal_off = sign * (3 + sign), stented.distal_off = sign * (3 - sign);
     }
-    EXPECT_FALSE(treatment_of(score).covered);  // without a stent
+    EXPECT_FALSE(exercise::worst_of(score).covered);  // without a stent
     score.stents.emplace_back();
     score.dissections = 3, score.dissections_left = 2;
-    const CourseTreatment worst = treatment_of(score);
+    const exercise::WorstTreatment worst = exercise::worst_of(score);
     EXPECT_EQ(worst.residual, 25);
     EXPECT_EQ(worst.lumen, 2);
     EXPECT_FALSE(worst.gradient);
@@ -340,7 +340,7 @@ TEST(Course, OfSeveralLesionsTheWorstCounts) {
     EXPECT_EQ(worst.distal_off, -4);
     EXPECT_FALSE(worst.balloon_to_artery);
     CourseRow treated = attempt("Ada", "renal", 70), plain = attempt("Ben", "straight", 70);
-    treated.treatment = worst;
+    treated.treatment = CourseTreatment{worst};
     const std::string page = course_page(std::vector<CourseRow>{treated, plain}, parsed(example), "A", today);
     expect_said(page,
                 "<td>25</td><td>2.00</td><td>&ndash;</td><td>70</td><td>3.0 / 3.0</td><td>+4.0 / "

@@ -103,7 +103,8 @@ TEST(PlanFile, WhatWasPlannedIsReadAsItWasWrittenAndDamagedFilesAreRefused) {
     one.reached = true;
     one.course = "0 beam on\n";
     one.hands = 10, one.hands_reach = 9, one.played = 5, one.played_reach = 4;
-    one.peak_force = 0.123456789, one.turns = 2, one.air_kerma = 1.5;
+    one.peak_force = 0.123456789, one.turns = 2, one.air_kerma = 1.5, one.wall_error = 0.02;
+    one.left_out = {"the shaft turns at once"};
     one.moments = {{0.1, 20, 0.01, 0.2, {1, 2, 3}}};
     one.failures = {{Ending::Wedges, script::DeviceRole::Catheter, "LRA", 12.5, 30, 7}};
     one.sensitivities = {{"EI of the wire", 5, "%", 0.25, 0.01, 2, 0.2}};

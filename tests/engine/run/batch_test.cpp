@@ -54,8 +54,9 @@ TEST_F(BatchFiles, HaveTheFiguresOfATreatment) {
     EXPECT_GT(std::stod(cell(1, "gradient_mmHg")), 0.5);
     EXPECT_EQ(cell(1, "stent_covered_percent"), "");
     EXPECT_EQ(cell(1, "inflations"), "0");
+    EXPECT_EQ(cell(1, "ruptures"), "0");
     for (const char* name :
-         {"residual_percent", "lumen_mm", "gradient_mmHg", "stent_covered_percent", "inflations"})
+         {"residual_percent", "lumen_mm", "gradient_mmHg", "stent_covered_percent", "inflations", "ruptures"})
         EXPECT_EQ(cell(2, name), "") << name;
     EXPECT_NE(cell(3, "problem"), "");
     // They are read back: nothing is made again but what failed.
