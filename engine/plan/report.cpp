@@ -1,6 +1,7 @@
 #include "engine/plan/report.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -139,7 +140,10 @@ std::string how_sure(const Planned& best) {
             "<li>The wall that the devices meet is at most {:.2g}&nbsp;mm off the lumen's mesh where "
             "they touch it at the end.</li>",
             *best.wall_error);
-    for (const std::string& one : best.left_out) text += fmt::format("<li>{}</li>", html_escaped(one));
+    for (std::string one : best.left_out) {
+        one.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(one.front())));
+        text += fmt::format("<li>{}.</li>", html_escaped(one));
+    }
     return text + "</ul>";
 }
 
