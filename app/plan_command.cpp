@@ -70,6 +70,8 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
                 const plan::PlanOptions& options) {
     const fs::path out = arguments.out;
     plan::rank(all);
+    // Nothing that was asked for could begin.
+    if (!all.front().refused.empty()) throw io::InputError(all.front().refused);
     // Those of a share's first, which is not the first of all.
     for (std::size_t k = 1; k < all.size(); ++k) {
         if (all[k].sensitivities.empty()) continue;

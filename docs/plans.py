@@ -3,7 +3,7 @@
     python3 docs/plans.py build/release/bin/seldinger FOLDER [--cache CACHE] [--only NAME ...] [--patients]
 
 Plans each exercise into FOLDER/NAME, or goes on there, plays its solution, and prints the table of docs/plan.md.
---patients plans patients of renal_right, carotid_vertebral and coronary_right instead, ten each, from seeds that no
+--patients plans patients of renal_right, cerebral and coronary_right instead, ten each, from seeds that no
 exercise has. A whole run takes about an hour on two cores.
 """
 
@@ -15,7 +15,7 @@ import resource
 import subprocess
 import time
 
-UNSEEN = {"renal_right": range(1001, 1011), "carotid_vertebral": range(2001, 2011), "coronary_right": range(3001, 3011)}
+UNSEEN = {"renal_right": range(1001, 1011), "cerebral": range(2001, 2011), "coronary_right": range(3001, 3011)}
 
 
 def planned(program, name, folder, cache, patient=None):

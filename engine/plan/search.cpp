@@ -416,8 +416,10 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
     for (int k = 1; k <= target; ++k) moves.push_back({Kind::Push, k, 0});
     if (shaped(0))
         for (const double roll : turns) moves.push_back({Kind::Push, 0, roll});
-    // What steers is the device to be brought there, or else the one around the wire.
-    const int catheter = target > 0 ? target : count > 1 ? 1 : 0;
+    // What steers is the outermost device with a bend, or else the device to be brought there.
+    int catheter = target > 0 ? target : count > 1 ? 1 : 0;
+    for (int k = 1; k < count; ++k)
+        if (shaped(k)) catheter = k;
     if (catheter == 0) return moves;
     const auto add = [&](Kind kind, double roll) { moves.push_back({kind, catheter, roll}); };
     add(Kind::Pull, 0);

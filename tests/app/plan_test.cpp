@@ -104,6 +104,12 @@ TEST_F(PlanCommand, SaysWhatIsWrongAndHowNearItGot) {
     // A catheter that the vessels do not take is no error of the plan: others may fit.
     const Outcome thick = plan({"--devices", "glide035+sheath12f,own"}, "thick");
     EXPECT_EQ(thick.code, 0) << thick.out << thick.error;
+    // Where nothing can begin, that is the error, and no plan is written.
+    write(folder / "outside.toml", test::replaced(test::fork_toml(), "name = \"goal\"\nradius_mm",
+                                                  "centre_mm = [90, 0, 0]\nradius_mm"));
+    expect_refused(test::run(folder, joined({"plan", "outside.toml", "--out", "outside"}, cache)),
+                   "the target is outside the anatomy");
+    EXPECT_FALSE(fs::exists(folder / "outside/plan.html"));
     // A target that no wire reaches: how near.
     const Outcome far = plan({"--devices", "glidestraight035"}, "far");
     EXPECT_EQ(far.code, 1);
