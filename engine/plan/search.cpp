@@ -150,7 +150,6 @@ public:
         now_.snapshot = {};
         now_.parent = parent;
         now_.lines.clear();
-        begin_ = from.frames;
         tried_ = {};
         on_target_ = 0;
         injuries_ = sim().injuries().all().size();
@@ -211,11 +210,6 @@ private:
             sim().tip_to_target() <= sim().scenario().target.radius && !is_out(target_) ? on_target_ + 1 : 0;
         was_reached_ = was_reached_ || on_target_ >= hold_;
         return --frame_budget_ > 0;
-    }
-    bool wait(int frames) {
-        for (int k = 0; k < frames; ++k)
-            if (!frame({})) return false;
-        return true;
     }
     void let_finish() {
         for (int k = 0; k < waited && (sim().readings().waits || last_.settling); ++k)
@@ -396,7 +390,7 @@ private:
     State now_;
     Tried tried_;
     exercise::StepReport last_;
-    int begin_ = 0, on_target_ = 0, frame_budget_ = 0;
+    int on_target_ = 0, frame_budget_ = 0;
     bool was_reached_ = false;
     std::size_t injuries_ = 0;
 };
