@@ -107,6 +107,10 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
         files.emplace_back(out / "best.gw", first.course);
     }
     io::write_whole(files);
+    // Those of an earlier plan would be taken for this one's.
+    std::error_code ignored;
+    if (!first.reached)
+        for (const char* name : {"best.toml", "best.gw"}) fs::remove(out / name, ignored);
     // What depends on the first is kept with it.
     io::write_whole(file_of(out, first.name), plan::to_json(first));
 }
@@ -167,6 +171,12 @@ void require_whole(const std::vector<fs::path>& folders, const std::vector<plan:
                                  folders.front().string());
         first = share;
     }
+    for (const plan::Planned& one : all)
+        if (std::ranges::find((*first)["devices"], Json(one.name)) == (*first)["devices"].end())
+            throw io::InputError(
+                "merge: expected the sets of devices of one plan, found '{}', which an earlier one "
+                "has left",
+                one.name);
     for (const Json& name : (*first)["devices"])
         if (std::ranges::none_of(all, [&](const plan::Planned& one) { return one.name == name; }))
             throw io::InputError("merge: expected all shares, found none with '{}'", name.get<std::string>());
@@ -242,6 +252,10 @@ int make_plan(const PlanArguments& arguments) {
                 arguments.folders.front().string());
         const plan::CaseText text = case_of(arguments, options.cache);
         const scenario::Scenario scenario = scenario::parse_scenario(text.toml, text.file, options.catalogue);
+        std::vector<io::Output> outputs;
+        for (const char* name : {"plan.html", "plan.csv", "plan.json", "best.toml", "best.gw"})
+            outputs.push_back({"--out", fs::path(arguments.out) / name});
+        scenario::require_no_input(outputs, scenario, {text.file});
         std::vector<plan::Candidate> candidates =
             plan::candidates_of(arguments.devices, scenario, options.catalogue);
         std::string share;
@@ -259,7 +273,11 @@ int make_plan(const PlanArguments& arguments) {
         io::OwnFolder own(arguments.out);
         own.make(candidates_folder);
         own.keep();
-        if (!share.empty()) io::write_whole(fs::path(arguments.out) / share_file, share);
+        const fs::path share_at = fs::path(arguments.out) / share_file;
+        if (std::error_code ignored; share.empty())
+            fs::remove(share_at, ignored);
+        else
+            io::write_whole(share_at, share);
         for (std::size_t k = 0; k < candidates.size(); ++k) {
             options.progress = [&](double part, const std::string& doing) {
                 bar.show((static_cast<double>(k) + part) / static_cast<double>(candidates.size()), doing);

@@ -18,24 +18,6 @@ namespace {
 constexpr double off = author::usual_off;
 constexpr int played_hands = 5;
 
-/// Whether the tip has stayed in the target; a lesion there may be as narrow as it is.
-class Stay {
-public:
-    explicit Stay(const scenario::Scenario& s)
-        : radius_(s.target.radius),
-          frames_(static_cast<int>(std::ceil(s.target.hold * s.frame_rate - 0.5))) {}
-    void look(const exercise::Simulation& simulation) {
-        in_ = simulation.tip_to_target() <= radius_ ? in_ + 1 : 0;
-        stayed_ = stayed_ || in_ > frames_;
-    }
-    bool stayed() const { return stayed_; }
-
-private:
-    double radius_;
-    int frames_, in_ = 0;
-    bool stayed_ = false;
-};
-
 bool reaches(const author::Attempt& attempt, const scenario::Scenario& s) {
     return attempt.smallest_radius <= s.target.radius;
 }
@@ -77,22 +59,16 @@ void play(exercise::Exercise& exercise, const script::CommandScript& script, con
     }
 }
 
-double coarse(double value, double step) {
-    return std::round(value / step);
-}
-
 }  // namespace
 
-double Judged::success() const {
+double Worth::success() const {
     return hands + played > 0 ? static_cast<double>(hands_reach + played_reach) / (hands + played) : 0;
 }
 
-bool better(const Judged& a, const Judged& b) {
-    const auto order = [](const Judged& one) {
-        return std::tuple(-one.success(), coarse(one.score.peak_wall_force, 0.05),
-                          coarse(one.score.mean_wall_force, 0.02), one.course.turns(), one.course.frames);
-    };
-    return order(a) < order(b);
+std::tuple<double, double, double, int, double> Worth::order() const {
+    constexpr double force_step = 0.05, mean_step = 0.02;  // [N]
+    return {-success(), std::round(peak_force / force_step), std::round(mean_force / mean_step), turns,
+            seconds};
 }
 
 std::vector<Moment> moments_of(exercise::Exercise& exercise, const Course& course) {
@@ -169,6 +145,10 @@ Judged judge(const exercise::Exercise& start, const Course& course, const JudgeO
         judged.defects = exact.defects;
         judged.score = exact.score;
     }
+    judged.peak_force = judged.score.peak_wall_force;
+    judged.mean_force = judged.score.mean_wall_force;
+    judged.turns = course.turns();
+    judged.seconds = judged.score.duration;
     return judged;
 }
 
@@ -212,9 +192,8 @@ Judged improved(const exercise::Exercise& start, Judged judged, const JudgeOptio
     return judged;
 }
 
-std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const Course& course,
-                                       const JudgeOptions& options) {
-    const script::CommandScript script = course.script();
+std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario,
+                                       const script::CommandScript& script, const JudgeOptions& options) {
     struct End {
         geometry::Vec3 tip = geometry::Vec3::Zero();
         double force = 0;
@@ -232,20 +211,21 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
         play(exercise, changed, [&] { stay.look(exercise.simulation()); });
         return End{exercise.simulation().tip(), exercise.score().peak_wall_force, stay.stayed()};
     };
-    // What a device that is stiffer by 5 % does at the end of the course, to first order.
+    exercise::Exercise exact(scenario, exercise::Pictures::None, options.cache);
+    play(exact, script, [] {});
+    const exercise::Simulation& usual = exact.simulation();
+    const double usual_force = exact.score().peak_wall_force;
+    // What a device that is stiffer by 5 % does there, to first order.
     const auto at_end = [&](std::size_t device) -> std::optional<double> {
-        exercise::Exercise exercise(scenario, exercise::Pictures::None, options.cache);
-        play(exercise, script, [] {});
-        const exercise::Simulation& end = exercise.simulation();
-        physics::Chain changed = end.wire();
-        if (device >= changed.devices.size() || !end.readings().strict_minimum) return {};
+        physics::Chain changed = usual.wire();
+        if (device >= changed.devices.size() || !usual.readings().strict_minimum) return {};
         constexpr double part = 1e-4;
         for (physics::StiffnessSection& section : changed.devices[device].spec.sections) {
             section.rigidity_distal *= 1 + part;
             section.rigidity_proximal *= 1 + part;
         }
         physics::assign(changed);
-        const auto moved = physics::tip_response(end.wall(), changed);
+        const auto moved = physics::tip_response(usual.wall(), changed);
         if (!moved) return {};
         return moved->norm() * 0.05 / part;
     };
@@ -295,7 +275,6 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
     add_hand("amounts of pushes", 0.05, 0);
     add_hand("amounts of turns", 0, 0.05);
 
-    const End usual = end_of(scenario, 1, 1);
     std::vector<End> ends(2 * changes.size());
     for (std::size_t first = 0; first < ends.size(); first += 4) {
         if (options.stop && options.stop()) return {};
@@ -309,8 +288,8 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario, const
     for (std::size_t k = 0; k < changes.size(); ++k) {
         Sensitivity one = changes[k].of;
         for (const End& end : {ends[2 * k], ends[2 * k + 1]}) {
-            one.tip = std::max(one.tip, (end.tip - usual.tip).norm());
-            one.force = std::max(one.force, std::abs(end.force - usual.force));
+            one.tip = std::max(one.tip, (end.tip - usual.tip()).norm());
+            one.force = std::max(one.force, std::abs(end.force - usual_force));
             one.reach += end.reached;
         }
         all.push_back(one);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
@@ -22,29 +23,36 @@ struct Moment {
     geometry::Vec3 tip = geometry::Vec3::Zero();  // of the device that is to reach the target [mm]
 };
 
-struct Judged {
+/// What courses are ranked by.
+struct Worth {
+    int hands = 0, hands_reach = 0;         // each off by up to 5 % of every amount: author::trial
+    int played = 0, played_reach = 0;       // hands at the keys, off by up to 5 %: room::PlayedHand
+    double peak_force = 0, mean_force = 0;  // on the wall, of one joint: Score [N]
+    int turns = 0;                          // of hubs
+    double seconds = 0;
+
+    /// Of all inexact hands [-].
+    double success() const;
+    /// The least is the best: by success, then the largest force (in steps of 0.05 N), its mean (0.02 N),
+    /// turns, time.
+    std::tuple<double, double, double, int, double> order() const;
+};
+
+struct Judged : Worth {
     Course course;
     bool reaches = false;              // the exact hand
-    int hands = 0, hands_reach = 0;    // each off by up to 5 % of every amount: author::trial
-    int played = 0, played_reach = 0;  // hands at the keys, off by up to 5 %: room::PlayedHand
     exercise::Score score;             // of the exact hand, with dose
     std::vector<std::string> defects;  // frames that no course should have
     std::vector<Moment> moments;
-    /// At the end: how far the tip and the largest force are from those of infinitely short segments; empty
-    /// where there is no estimate [mm], [N].
+    /// At the end: how far the foremost tip and the largest force are from those of infinitely short
+    /// segments; empty where there is no estimate [mm], [N].
     std::optional<double> tip_error, force_error;
     /// The most that the wall of the devices, a smoothed field, is off the mesh of the lumen where a joint
     /// touches at the end; empty where none does, or vessels have made way [mm].
     std::optional<double> wall_error;
     /// What the models that the simulation chose leave out, a sentence each.
     std::vector<std::string> left_out;
-
-    /// Of all inexact hands [-].
-    double success() const;
 };
-/// Which of two is the better course: by success, then the largest force on the wall (in steps of 0.05 N),
-/// its mean (0.02 N), turns, time.
-bool better(const Judged&, const Judged&);
 
 struct JudgeOptions {
     int threads = 2;
@@ -71,13 +79,14 @@ struct Sensitivity {
     double tip = 0;     // how far the tip lies elsewhere at the end, the larger of both [mm]
     double force = 0;   // change of the largest force on the wall, the larger of both [N]
     int reach = 0;      // of the two
-    /// Of the tip alone at the end, hubs held there, to first order by the solver's recursion
+    /// Of the foremost tip alone at the end, hubs held there, to first order by the solver's recursion
     /// (physics::tip_response); of stiffness alone [mm].
     std::optional<double> at_end = {};
 };
 /// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,
 /// friction, stiffness of the wall, radius of the vessels, amounts of pushes and turns. Central differences
 /// of whole courses: what is a snap counts in full. Empty when stopped.
-std::vector<Sensitivity> sensitivities(const scenario::Scenario&, const Course&, const JudgeOptions&);
+std::vector<Sensitivity> sensitivities(const scenario::Scenario&, const script::CommandScript&,
+                                       const JudgeOptions&);
 
 }  // namespace plan

@@ -39,8 +39,8 @@ std::vector<Course> distinct(std::vector<Course> courses) {
 }
 
 bool is_within(const Judged& judged, const PlanOptions& options) {
-    return !(options.most_force && judged.score.peak_wall_force > *options.most_force) &&
-           !(options.most_turns && judged.course.turns() > *options.most_turns);
+    return !(options.most_force && judged.peak_force > *options.most_force) &&
+           !(options.most_turns && judged.turns > *options.most_turns);
 }
 
 /// The beam is on from the start.
@@ -50,16 +50,9 @@ Course with_beam(Course course) {
 }
 
 void take(Planned& planned, const Judged& judged) {
-    planned.hands = judged.hands;
-    planned.hands_reach = judged.hands_reach;
-    planned.played = judged.played;
-    planned.played_reach = judged.played_reach;
-    planned.peak_force = judged.score.peak_wall_force;
-    planned.mean_force = judged.score.mean_wall_force;
+    static_cast<Worth&>(planned) = judged;
     planned.impulse = judged.score.wall_force_impulse;
-    planned.turns = judged.course.turns();
     planned.travel = judged.score.wire_travel;
-    planned.seconds = judged.score.duration;
     planned.air_kerma = judged.score.air_kerma;
     planned.area_product = judged.score.area_product;
     planned.contrast = judged.score.contrast;
@@ -75,16 +68,10 @@ void take(Planned& planned, const Judged& judged) {
 
 }  // namespace
 
-double Planned::success() const {
-    return hands + played > 0 ? static_cast<double>(hands_reach + played_reach) / (hands + played) : 0;
-}
-
 void rank(std::vector<Planned>& all) {
     const auto order = [](const Planned& one) {
         const int group = !one.refused.empty() ? 3 : !one.reached ? 2 : !one.within_limits ? 1 : 0;
-        return std::tuple(group, one.reached ? -one.success() : std::abs(one.left),
-                          std::round(one.peak_force / 0.05), std::round(one.mean_force / 0.02), one.turns,
-                          one.seconds, one.name);
+        return std::tuple(group, one.reached ? 0 : std::abs(one.left), one.order(), one.name);
     };
     std::ranges::stable_sort(all, [&](const Planned& a, const Planned& b) { return order(a) < order(b); });
 }
@@ -128,67 +115,68 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
     std::optional<exercise::Exercise> start;
     try {
         start.emplace(scenario, exercise::Pictures::None, options.cache);
-        SearchOptions search = options.search;
-        search.progress = [&](double part, double left) {
-            say(0.7 * part, fmt::format("{:.0f} mm from the target", std::abs(left)));
-        };
-        bool interrupted = false;
-        search.stop = [&] {
-            interrupted = options.stop && options.stop();
-            return interrupted || (options.time_is_up && options.time_is_up());
-        };
-        const JudgeOptions judging{options.search.threads, options.speeds, options.cache, options.stop};
-        const auto preferred = [&](const Judged& a, const Judged& b) {
-            const bool in_a = is_within(a, options), in_b = is_within(b, options);
-            return in_a != in_b ? in_a : better(a, b);
-        };
-        std::optional<Judged> best;
-        const auto is_enough = [&] {
-            return best && best->success() >= enough_success && is_within(*best, options);
-        };
-        // Where few hands could follow what was found, it searches again, with other angles.
-        for (int again = 0; again <= options.search.restarts && !is_enough() && !planned.stopped; ++again) {
-            if (again > 0 && !best) break;
-            search.other_angles = again > 0;
-            search.seed = options.search.seed + static_cast<std::uint64_t>(again);
-            const Found found = plan::search(*start, search);
-            if (interrupted) throw Stopped();
-            planned.frames += found.frames;
-            planned.states += found.states;
-            planned.courses += found.courses.size();
-            planned.stopped = found.stopped;
-            if (again == 0) {
-                planned.failures = found.failures;
-                planned.left = found.nearest.left;
-                planned.course = with_beam(found.nearest).text();
-            }
-            int judged = 0;
-            for (const Course& course : distinct(found.courses)) {
-                stop_asked();
-                say(0.7 + 0.02 * judged++, "inexact hands");
-                Judged one = judge(*start, course, judging);
-                if (one.reaches && (!best || preferred(one, *best))) best = std::move(one);
-                if (best && best->success() >= 1 && is_within(*best, options)) break;
-            }
-            if (!best || is_enough()) continue;
-            say(0.85, "turns to the middle of what succeeds");
-            best = improved(*start, std::move(*best), judging);
-            stop_asked();
-        }
-        if (!best) return planned;
-        say(0.9, "views and dose");
-        const anatomy::Anatomy& vessels = start->simulation().anatomy();
-        exercise::Exercise exact(*start);
-        best->course = with_views(best->course, views_on_way(scenario, vessels, options.cache), vessels,
-                                  moments_of(exact, best->course));
-        play_with_dose(*best, scenario, judging);
-        planned.reached = true;
-        planned.within_limits = is_within(*best, options);
-        take(planned, *best);
-        planned.course = best->course.text();
     } catch (const io::InputError& error) {
         planned.refused = error.what();
+        return planned;
     }
+    SearchOptions search = options.search;
+    search.progress = [&](double part, double left) {
+        say(0.7 * part, fmt::format("{:.0f} mm from the target", std::abs(left)));
+    };
+    bool interrupted = false;
+    search.stop = [&] {
+        interrupted = options.stop && options.stop();
+        return interrupted || (options.time_is_up && options.time_is_up());
+    };
+    const JudgeOptions judging{options.search.threads, options.speeds, options.cache, options.stop};
+    const auto preferred = [&](const Judged& a, const Judged& b) {
+        const bool in_a = is_within(a, options), in_b = is_within(b, options);
+        return in_a != in_b ? in_a : a.order() < b.order();
+    };
+    std::optional<Judged> best;
+    const auto is_enough = [&] {
+        return best && best->success() >= enough_success && is_within(*best, options);
+    };
+    // Where few hands could follow what was found, it searches again, with other angles.
+    for (int again = 0; again <= options.search.restarts && !is_enough() && !planned.stopped; ++again) {
+        if (again > 0 && !best) break;
+        search.other_angles = again > 0;
+        search.seed = options.search.seed + static_cast<std::uint64_t>(again);
+        const Found found = plan::search(*start, search);
+        if (interrupted) throw Stopped();
+        planned.frames += found.frames;
+        planned.states += found.states;
+        planned.courses += found.courses.size();
+        planned.stopped = found.stopped;
+        if (again == 0) {
+            planned.failures = found.failures;
+            planned.left = found.nearest.left;
+            planned.course = with_beam(found.nearest).text();
+        }
+        int judged = 0;
+        for (const Course& course : distinct(found.courses)) {
+            stop_asked();
+            say(0.7 + 0.02 * judged++, "inexact hands");
+            Judged one = judge(*start, course, judging);
+            if (one.reaches && (!best || preferred(one, *best))) best = std::move(one);
+            if (best && best->success() >= 1 && is_within(*best, options)) break;
+        }
+        if (!best || is_enough()) continue;
+        say(0.85, "turns to the middle of what succeeds");
+        best = improved(*start, std::move(*best), judging);
+        stop_asked();
+    }
+    if (!best) return planned;
+    say(0.9, "views and dose");
+    const anatomy::Anatomy& vessels = start->simulation().anatomy();
+    exercise::Exercise exact(*start);
+    best->course = with_views(best->course, views_on_way(scenario, vessels, options.cache), vessels,
+                              moments_of(exact, best->course));
+    play_with_dose(*best, scenario, judging);
+    planned.reached = true;
+    planned.within_limits = is_within(*best, options);
+    take(planned, *best);
+    planned.course = best->course.text();
     return planned;
 }
 
@@ -198,13 +186,9 @@ void add_sensitivities(std::vector<Planned>& all, const PlanOptions& options) {
     if (options.progress) options.progress(0.95, "what the best course depends on");
     const scenario::Scenario scenario =
         scenario::parse_scenario(first.scenario, first.name + ".toml", options.catalogue);
-    Course course;
-    for (const script::TimedCommand& timed : script::parse_commands(first.course, first.name).commands) {
-        course.lines.push_back({timed.frame, timed.frame, timed.command});
-        course.frames = std::max(course.frames, timed.frame + 1);
-    }
-    first.sensitivities = plan::sensitivities(
-        scenario, course, {options.search.threads, options.speeds, options.cache, options.stop});
+    first.sensitivities =
+        plan::sensitivities(scenario, script::parse_commands(first.course, first.name),
+                            {options.search.threads, options.speeds, options.cache, options.stop});
     if (options.stop && options.stop()) throw Stopped();
 }
 

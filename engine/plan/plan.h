@@ -16,22 +16,19 @@
 namespace plan {
 
 /// What was found out about one candidate. All of it is kept in its file.
-struct Planned {
+struct Planned : Worth {
     std::string name;      // of the candidate; "own"
     std::string identity;  // of case, devices, options and program: what was made is not made again
-    std::vector<std::string> devices;  // "wire: 0.035 in hydrophilic nitinol, angled"
-    std::string scenario;              // TOML, with files by their whole path
-    std::string settings;              // "seed 1, 40000 frames a search, 2 restarts"
-    std::string refused;               // why no exercise could begin; empty: one did
-    bool reached = false;              // and the rest of what follows is of the best course
-    bool within_limits = true;         // of force and turns
-    bool stopped = false;              // time was up: the best so far
-    std::string course;                // script; of the nearest where the target was not reached
-    double left = 0;                   // of the way to the target, of the nearest state [mm]
-    int hands = 0, hands_reach = 0, played = 0, played_reach = 0;
-    double peak_force = 0, mean_force = 0, impulse = 0;  // [N], [N], [N·s]
-    int turns = 0;
-    double travel = 0, seconds = 0;                 // [mm], [s]
+    std::vector<std::string> devices;               // "wire: 0.035 in hydrophilic nitinol, angled"
+    std::string scenario;                           // TOML, with files by their whole path
+    std::string settings;                           // "seed 1, 40000 frames a search, 2 restarts"
+    std::string refused;                            // why no exercise could begin; empty: one did
+    bool reached = false;                           // and the rest of what follows is of the best course
+    bool within_limits = true;                      // of force and turns
+    bool stopped = false;                           // time was up: the best so far
+    std::string course;                             // script; of the nearest where the target was not reached
+    double left = 0;                                // of the way to the target, of the nearest state [mm]
+    double impulse = 0, travel = 0;                 // [N·s], [mm]
     std::optional<double> air_kerma, area_product;  // [mGy], [Gy·cm²]
     double contrast = 0;                            // [ml]
     std::optional<double> tip_error, force_error;   // at the end, as Judged has them [mm], [N]
@@ -44,11 +41,9 @@ struct Planned {
     std::vector<Sensitivity> sensitivities;  // of the first of all
     long frames = 0;                         // simulated by the search
     std::size_t states = 0, courses = 0;     // kept; that reached the target
-
-    double success() const;
 };
 
-/// The better first: courses that reach the target within the limits, as better() orders them; those beyond a
+/// The better first: courses that reach the target within the limits, as Worth orders them; those beyond a
 /// limit; those that do not reach, the nearer first; those that could not begin.
 void rank(std::vector<Planned>&);
 
@@ -66,8 +61,9 @@ struct PlanOptions {
 };
 struct Stopped {};
 
-/// Plans one candidate. Throws InputError for a text that is no scenario, and Stopped; what is wrong with the
-/// devices in these vessels is in `refused`.
+/// Plans one candidate. Throws InputError for a text that is no scenario, a target that no way leads to and a
+/// patient that cannot be imaged, and Stopped; why the exercise cannot begin with these devices is in
+/// `refused`.
 Planned plan(const CaseText&, const Candidate&, const PlanOptions&);
 
 /// Of the first of a ranked list, unless it has them or does not reach.

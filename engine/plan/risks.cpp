@@ -61,25 +61,11 @@ std::optional<Risk> arch_type(const anatomy::Anatomy& anatomy,
     if (std::ranges::none_of(route, [&](const auto& piece) { return piece.branch == mouth.parent; }))
         return std::nullopt;
     const auto& aorta = anatomy.branches[static_cast<std::size_t>(mouth.parent)];
+    // Of the centrelines, as the presets are drawn: that of the trunk begins on the aorta's.
     double top = -std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < aorta.points.size(); ++k)
-        top = std::max(top, aorta.points[k].z() + aorta.radii[k]);
+    for (const geometry::Vec3& point : aorta.points) top = std::max(top, point.z());
     const auto& left = anatomy.branches[static_cast<std::size_t>(*carotid)];
-    const auto radius_past = [&](int branch) {
-        const auto& of = anatomy.branches[static_cast<std::size_t>(branch)];
-        const double origin = anatomy::origin_of(anatomy, branch);
-        for (std::size_t k = 0; k < of.points.size(); ++k)
-            if (anatomy::along(anatomy, {branch, static_cast<int>(k), 0}) >= origin + 10) return of.radii[k];
-        return of.radii.back();
-    };
-    const auto place_past = [&](int branch) {
-        const auto& of = anatomy.branches[static_cast<std::size_t>(branch)];
-        const double origin = anatomy::origin_of(anatomy, branch);
-        for (std::size_t k = 0; k < of.points.size(); ++k)
-            if (anatomy::along(anatomy, {branch, static_cast<int>(k), 0}) >= origin) return of.points[k];
-        return of.points.back();
-    };
-    const double height = top - place_past(*trunk).z(), diameter = 2 * radius_past(*carotid);
+    const double height = top - mouth.points.front().z(), diameter = 2 * left.radii.front();
     const double ratio = height / diameter;
     const char* type = ratio < 1 ? "I" : ratio <= 2 ? "II" : "III";
     return Risk{"aortic arch",

@@ -130,9 +130,7 @@ public:
         target_ = s.index_of(s.target.device).value_or(0);
         for (const scenario::PlacedDevice& device : s.devices) roles_.push_back(device.role);
         rate_ = s.frame_rate;
-        // Half a frame more than the score asks for.
-        hold_ = static_cast<int>(std::ceil(s.target.hold * rate_ + 0.5));
-        slow_ = std::clamp(1.4 * s.target.radius / hold_, 0.1, near_speed / rate_);
+        slow_ = std::clamp(1.4 * s.target.radius / Stay(s).frames(), 0.1, near_speed / rate_);
     }
 
     int target() const { return target_; }
@@ -151,7 +149,7 @@ public:
         now_.parent = parent;
         now_.lines.clear();
         tried_ = {};
-        on_target_ = 0;
+        stay_.emplace(sim().scenario());
         injuries_ = sim().injuries().all().size();
         frame_budget_ = 4000;
         if (!is_out(move.device) || move.device == target_) carry_out(move);
@@ -206,9 +204,7 @@ private:
         ++tried_.frames;
         for (const script::Command& command : commands) note(command);
         last_ = report;
-        on_target_ =
-            sim().tip_to_target() <= sim().scenario().target.radius && !is_out(target_) ? on_target_ + 1 : 0;
-        was_reached_ = was_reached_ || on_target_ >= hold_;
+        if (!is_out(target_)) stay_->look(sim());
         return --frame_budget_ > 0;
     }
     void let_finish() {
@@ -268,7 +264,6 @@ private:
     }
 
     void carry_out(const Move& move) {
-        was_reached_ = false;
         last_ = {};
         switch (move.kind) {
             case Move::Kind::Push:
@@ -312,7 +307,7 @@ private:
             const bool going = frame(feed(device, part));
             fed += part;
             if (injured()) return fail(Ending::Injures, device);
-            if (was_reached_ && device == target_) return arrive(device);
+            if (stay_->stayed() && device == target_) return arrive(device);
             if (!going) return fail(Ending::Prolapses, device);
             const bool stands = last_.buckled || last_.too_thick || last_.refused;
             stuck = stands ? stuck + 1 : 0;
@@ -353,14 +348,14 @@ private:
             }
             const bool going = frame(commands);
             if (injured()) return fail(Ending::Injures, device);
-            if (was_reached_) break;
+            if (stay_->stayed()) break;
             if (!going) return;
             if (value() < best && !last_.settling) {
                 best = value() - 1;
                 found = kept();
             }
         }
-        if (was_reached_) {
+        if (stay_->stayed()) {
             let_finish();
             tried_.reached.push_back(kept());
             return;
@@ -385,13 +380,12 @@ private:
     int target_ = 0;
     std::vector<DeviceRole> roles_;
     double rate_ = 15, slow_ = 1;
-    int hold_ = 1;
 
     State now_;
     Tried tried_;
     exercise::StepReport last_;
-    int on_target_ = 0, frame_budget_ = 0;
-    bool was_reached_ = false;
+    int frame_budget_ = 0;
+    std::optional<Stay> stay_;  // in the move
     std::size_t injuries_ = 0;
 };
 
@@ -612,6 +606,14 @@ int Course::turns() const {
         before = line.last;
     }
     return turns;
+}
+
+Stay::Stay(const scenario::Scenario& s)
+    : frames_(static_cast<int>(std::ceil(s.target.hold * s.frame_rate + 0.5))) {}
+
+void Stay::look(const exercise::Simulation& simulation) {
+    in_ = simulation.tip_to_target() <= simulation.scenario().target.radius ? in_ + 1 : 0;
+    stayed_ = stayed_ || in_ >= frames_;
 }
 
 bool is_shaped(const physics::DeviceSpec& device) {

@@ -50,6 +50,19 @@ struct Course {
     int turns() const;  // of hubs, those of neighbouring frames as one
 };
 
+/// Whether the tip has stayed in the target for the hold; a lesion there may be as narrow as it is.
+class Stay {
+public:
+    explicit Stay(const scenario::Scenario&);
+    void look(const exercise::Simulation&);
+    bool stayed() const { return stayed_; }
+    int frames() const { return frames_; }  // that it takes
+
+private:
+    int frames_, in_ = 0;
+    bool stayed_ = false;
+};
+
 struct SearchOptions {
     int threads = 2;            // the outcome does not depend on it
     std::uint64_t seed = 1;     // of the angles that restarts try

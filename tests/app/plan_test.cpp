@@ -116,6 +116,12 @@ TEST_F(PlanCommand, SaysWhatIsWrongAndHowNearItGot) {
     test::expect_said(far.out, "nearest");
     test::expect_said(read(folder / "far/plan.html"), "No course was found that reaches the target.");
     EXPECT_FALSE(fs::exists(folder / "far/best.gw"));
+    // A best course of an earlier plan does not stay, and no plan replaces what it is made from.
+    ASSERT_EQ(plan({}, "again").code, 0);
+    EXPECT_EQ(plan({"--devices", "glidestraight035"}, "again").code, 1);
+    EXPECT_FALSE(fs::exists(folder / "again/best.gw"));
+    ASSERT_EQ(plan({}, "own").code, 0);
+    expect_refused(test::run(folder, joined({"plan", "own/best.toml", "--out", "own"}, cache)), "best.toml");
     // Limits: what is beyond them is marked.
     const Outcome limited = plan({"--most-force", "0.001"}, "limited");
     EXPECT_EQ(limited.code, 0);

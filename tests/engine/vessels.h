@@ -2,8 +2,11 @@
 /// Small vessel trees as centrelines and ends alone, for tests that need no wall.
 
 #include <string>
+#include <string_view>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/grow/vessel_tree.h"
 
 namespace test {
 
@@ -56,6 +59,17 @@ inline anatomy::Anatomy small_abdomen() {
     add_end(anatomy, "trunk.out", {0, 0, 0}, {0, 0, -1}, 7);
     add_end(anatomy, "LRA.out", {50, 0, 50}, {1, 0, 0}, 3);
     add_end(anatomy, "SMA.out", {0, -50, 70}, {0, -1, 0}, 2);
+    return anatomy;
+}
+
+/// The centrelines of a preset as it is grown, without its surface.
+inline anatomy::Anatomy grown(std::string_view preset) {
+    const anatomy::VesselTree tree = anatomy::grow(anatomy::vessel_preset(preset));
+    anatomy::Anatomy anatomy;
+    anatomy.name = preset;
+    for (const anatomy::SampledBranch& branch : tree.branches)
+        anatomy.branches.push_back(
+            {branch.name, branch.parent, branch.parent_sample, branch.points, branch.radii});
     return anatomy;
 }
 

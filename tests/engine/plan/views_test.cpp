@@ -158,17 +158,6 @@ ViewAngles any_view(std::mt19937& random) {
     return {in(random, -100, 100) * degree, in(random, -45, 45) * degree};
 }
 
-/// The centrelines of a preset as it is grown, without its surface.
-Anatomy grown(std::string_view preset) {
-    const anatomy::VesselTree tree = anatomy::grow(anatomy::vessel_preset(preset));
-    Anatomy anatomy;
-    anatomy.name = preset;
-    for (const anatomy::SampledBranch& branch : tree.branches)
-        anatomy.branches.push_back(
-            {branch.name, branch.parent, branch.parent_sample, branch.points, branch.radii});
-    return anatomy;
-}
-
 }  // namespace
 
 TEST(Views, AProjectedCapsuleCoversWhatItsDiscsDo) {
@@ -304,7 +293,7 @@ TEST(Views, TurnWithTheVessels) {
     for (unsigned seed = 101; seed <= 112; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         std::mt19937 random(seed);
-        const Anatomy anatomy = seed % 2 ? random_vessels(random) : grown("iliac-renal");
+        const Anatomy anatomy = seed % 2 ? random_vessels(random) : test::grown("iliac-renal");
         const std::string name = seed % 2 ? "target" : seed % 4 ? "RRA" : "SMA";
         const double angle = in(random, -60, 60) * degree;
         const geometry::Mat3 turn = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix();
@@ -478,7 +467,7 @@ const Published published[] = {
 TEST(Views, OfPresetsAreNearPublishedOnesAsFarAsTheAnatomyIs) {
     for (const Published& one : published) {
         SCOPED_TRACE(one.what);
-        const Anatomy anatomy = grown(one.preset);
+        const Anatomy anatomy = test::grown(one.preset);
         const int contrast = *one.contrast ? anatomy::branch_named(anatomy, one.contrast).value_or(-2) : -1;
         const ViewedTarget target(anatomy, view_target(anatomy, one.branch, one.from, one.to, one.side),
                                   filled_from(anatomy, contrast));
