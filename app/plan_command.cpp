@@ -95,7 +95,7 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
     of.pictures = plan::pictures_of(scenario, of.vessels, of.views, options.cache);
     of.not_tried = {
         "Other devices than those in the table, other accesses, and other shapes of a tip.",
-        "Contrast, exchanges for devices of the tray, and treatment: a course brings a device to the target.",
+        "Exchanges for devices of the tray, and treatment: a course brings a device to the target.",
         "Amounts finer than the search's: pushes of 2 mm a frame, turns in steps of 45 degrees.",
         fmt::format("More than was asked for: {}.", first.settings)};
     const std::string page = plan::report(of, all), csv = plan::to_csv(all),

@@ -48,17 +48,6 @@ int trial_of(const exercise::Exercise& start, const script::CommandScript& scrip
         std::ranges::count_if(*attempts, [&](const author::Attempt& one) { return reaches(one, s); }));
 }
 
-/// Plays a script as it is, and calls `look` after each frame.
-template <class Look>
-void play(exercise::Exercise& exercise, const script::CommandScript& script, const Look& look) {
-    for (int frame = 0; frame <= script.last_frame(0) && !exercise.time_is_up(); ++frame) {
-        std::vector<script::Command> commands;
-        for (const script::TimedCommand& timed : script.at(frame)) commands.push_back(timed.command);
-        exercise.next_frame(commands);
-        look();
-    }
-}
-
 }  // namespace
 
 double Worth::success() const {
@@ -71,17 +60,14 @@ std::tuple<double, double, double, int, double> Worth::order() const {
             seconds};
 }
 
-std::vector<Moment> moments_of(exercise::Exercise& exercise, const Course& course) {
-    std::vector<Moment> moments;
-    const exercise::Reader reader(exercise.simulation());
-    play(exercise, course.script(), [&] {
-        const exercise::Observation seen = reader.read(exercise);
-        const auto& pushes = seen.push.of;
-        moments.push_back({seen.time, exercise.simulation().tip_to_target(), seen.wall_force,
-                           *std::ranges::max_element(pushes, {}, [](double push) { return std::abs(push); }),
-                           exercise.simulation().tip()});
-    });
-    return moments;
+void play(exercise::Exercise& exercise, const script::CommandScript& script,
+          const std::function<void()>& look) {
+    for (int frame = 0; frame <= script.last_frame(0) && !exercise.time_is_up(); ++frame) {
+        std::vector<script::Command> commands;
+        for (const script::TimedCommand& timed : script.at(frame)) commands.push_back(timed.command);
+        exercise.next_frame(commands);
+        look();
+    }
 }
 
 namespace {
@@ -109,7 +95,19 @@ std::optional<double> wall_error(const exercise::Simulation& simulation) {
 
 void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
-    judged.moments = moments_of(exercise, judged.course);
+    judged.moments.clear();
+    Stay stay(scenario);
+    const exercise::Reader reader(exercise.simulation());
+    play(exercise, judged.course.script(), [&] {
+        const exercise::Observation seen = reader.read(exercise);
+        const auto& pushes = seen.push.of;
+        judged.moments.push_back(
+            {seen.time, exercise.simulation().tip_to_target(), seen.wall_force,
+             *std::ranges::max_element(pushes, {}, [](double push) { return std::abs(push); }),
+             exercise.simulation().tip()});
+        stay.look(exercise.simulation());
+    });
+    judged.reaches = stay.stayed();
     if (const auto error = exercise.simulation().tip_error()) {
         judged.tip_error = error->tip;
         judged.force_error = std::abs(error->wall_force);

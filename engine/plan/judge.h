@@ -66,7 +66,9 @@ Judged judge(const exercise::Exercise& start, const Course&, const JudgeOptions&
 
 /// The frames of the exact hand; where the course sets beam and views, the score with their dose.
 void play_with_dose(Judged&, const scenario::Scenario&, const JudgeOptions&);
-std::vector<Moment> moments_of(exercise::Exercise&, const Course&);
+
+/// Plays a script as it is, until time is up, and calls `look` after each frame.
+void play(exercise::Exercise&, const script::CommandScript&, const std::function<void()>& look);
 
 /// The course with each of its turns led to the middle of what succeeds, as far as more hands reach with it.
 Judged improved(const exercise::Exercise& start, Judged, const JudgeOptions&);

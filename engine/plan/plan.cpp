@@ -169,10 +169,15 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
     if (!best) return planned;
     say(0.9, "views and dose");
     const anatomy::Anatomy& vessels = start->simulation().anatomy();
-    exercise::Exercise exact(*start);
-    best->course = with_views(best->course, views_on_way(scenario, vessels, options.cache), vessels,
-                              moments_of(exact, best->course));
+    const std::vector<StepViews> steps = views_on_way(scenario, vessels, options.cache);
+    const Course bare = best->course;
+    best->course = with_views(bare, steps, *start, true);
     play_with_dose(*best, scenario, judging);
+    if (!best->reaches) {
+        // Time was up, or waiting changed what came of a push.
+        best->course = with_views(bare, steps, *start, false);
+        play_with_dose(*best, scenario, judging);
+    }
     planned.reached = true;
     planned.within_limits = is_within(*best, options);
     take(planned, *best);

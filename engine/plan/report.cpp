@@ -205,9 +205,10 @@ std::string report(const ReportCase& of, const std::vector<Planned>& ranked) {
         "<p class=\"about\">Ranked by how many of the inexact hands reach, then by the largest force on the "
         "wall in steps of 0.05&nbsp;N, its mean in steps of 0.02&nbsp;N, turns and time. Ten hands are off "
         "by "
-        "up to 5&nbsp;% of every amount, five play at the keys of the room. The dose is that of "
-        "fluoroscopy in the best view of each step, the beam on from the first frame; no contrast is "
-        "given.</p>";
+        "up to 5&nbsp;% of every amount, five play at the keys of the room. Dose and contrast are those of "
+        "fluoroscopy in the best view of each step, the beam on from the first frame, with an angiogram of "
+        "each step before it is gone. There is none, and 0&nbsp;ml, where the patient's limit leaves no "
+        "contrast, or where hands that wait for it no longer reach in time.</p>";
     if (!ranked.empty() && ranked.front().reached) body += how_sure(ranked.front());
     if (!forces.empty())
         body += "<h2>Force on the wall</h2>" +

@@ -25,6 +25,7 @@ constexpr double backwards = 8;    // that a tip may go before a push has failed
 constexpr double patience = 30;    // fed in vain before a push has failed [mm]
 constexpr double beyond = 40;      // that a wire leads past the target, to hold a catheter [mm]
 constexpr double drawn_back = 80;  // by one pull, at most [mm]
+constexpr double close_grip = 20;  // of a hand that the shaft outside has bowed in front of [mm]
 constexpr double forgiven = 0.06;  // of what was fed, that hands may be off by [-]
 constexpr int waited = 30;         // frames, for motions that a frame's work did not do
 constexpr int width = 8;           // moves tried at a time, whatever the number of threads
@@ -289,6 +290,13 @@ private:
         }
     }
 
+    /// A shaft that bows outside bears more where less of it is free. False where the hand is there already.
+    bool grip_closer(int device) {
+        const DeviceRole role = roles_[static_cast<std::size_t>(device)];
+        const std::optional<double> now = sim().gripped_at(role);
+        return now && *now > close_grip && frame({script::Grip{close_grip, role}});
+    }
+
     /// What a push is to lessen [mm].
     double ahead(int device) const {
         const double way = left(device);
@@ -309,6 +317,7 @@ private:
             if (injured()) return fail(Ending::Injures, device);
             if (stay_->stayed() && device == target_) return arrive(device);
             if (!going) return fail(Ending::Prolapses, device);
+            if (last_.buckled && grip_closer(device)) continue;
             const bool stands = last_.buckled || last_.too_thick || last_.refused;
             stuck = stands ? stuck + 1 : 0;
             if (stuck >= 4) return fail(last_.refused ? Ending::Refused : Ending::Wedges, device);

@@ -5,6 +5,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "engine/room/hands.h"
+#include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
 
 namespace room {
@@ -14,7 +15,9 @@ using exercise::StepReport;
 class HandsTest : public testing::Test {
 protected:
     explicit HandsTest(const std::string& toml = test::small_toml)
-        : exercise(test::small_scenario(toml), true),
+        : HandsTest(test::small_scenario(toml), exercise::Pictures::All) {}
+    HandsTest(const scenario::Scenario& scenario, exercise::Pictures pictures)
+        : exercise(scenario, pictures, test::cache()),
           map(load_keys(test::asset("keys.toml"))),
           hands(map, 1 / exercise.simulation().scenario().frame_rate) {}
 

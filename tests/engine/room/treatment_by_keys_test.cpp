@@ -25,10 +25,13 @@ std::string artery() {
 class TreatmentByKeys : public HandsTest {
 protected:
     TreatmentByKeys() : HandsTest(artery()) {}
+    using HandsTest::HandsTest;
 
     const exercise::Simulation& simulation() const { return exercise.simulation(); }
     const exercise::Inflation& inflation() const { return *simulation().treatment().inflation(); }
-    double inside() const { return simulation().inserted(script::DeviceRole::Balloon); }
+    double inside(script::DeviceRole role = script::DeviceRole::Balloon) const {
+        return simulation().inserted(role);
+    }
     double residual() const {
         double worst = 0;
         for (const physics::OpenedPlace& place : simulation().treatment().lesions()[0].places)
@@ -39,8 +42,12 @@ protected:
     /// A frame in which these keys are down; what acts when pressed is pressed in the first of several.
     void hold(std::initializer_list<const char*> names, bool again) {
         Input input;
-        for (const char* name : names) {
+        std::vector<const char*> down(pedal);
+        down.insert(down.end(), names);
+        for (const char* name : down) {
             const Key key = find_key(name).value();
+            for (std::size_t k = 0; k < map.injections.size(); ++k)
+                if (!again && map.injections[k].key == key) input.injections.push_back(static_cast<int>(k));
             for (int k = 0; k < actions; ++k) {
                 if (std::ranges::find(map.keys[k], key) == map.keys[k].end()) continue;
                 const auto action = static_cast<Action>(k);
@@ -69,6 +76,18 @@ protected:
     }
     bool wait_until(const std::function<bool()>& done) { return hold_until({}, done); }
 
+    /// The recording gives the same states, frame for frame.
+    void expect_replay(exercise::Exercise& again) const {
+        const script::CommandScript script = script::parse_commands(recording, "hands");
+        for (int k = 0; k < frames; ++k) {
+            std::vector<script::Command> of_frame;
+            for (const script::TimedCommand& timed : script.at(k)) of_frame.push_back(timed.command);
+            again.next_frame(of_frame);
+            ASSERT_EQ(again.simulation().state_hash(), states[static_cast<std::size_t>(k)]) << "frame " << k;
+        }
+    }
+
+    std::vector<const char*> pedal;  // that a foot is on
     std::string recording;
     std::vector<std::uint64_t> states;
     int frames = 0;
@@ -167,13 +186,83 @@ TEST_F(TreatmentByKeys, ABalloonThenAStentLeaveLessThanThirtyPercentAndTheRecord
     EXPECT_LT(residual(), after_balloon);
 
     exercise::Exercise again(test::small_scenario(artery()), true);
-    const script::CommandScript script = script::parse_commands(recording, "hands");
-    for (int k = 0; k < frames; ++k) {
-        std::vector<script::Command> of_frame;
-        for (const script::TimedCommand& timed : script.at(k)) of_frame.push_back(timed.command);
-        again.next_frame(of_frame);
-        ASSERT_EQ(again.simulation().state_hash(), states[static_cast<std::size_t>(k)]) << "frame " << k;
-    }
+    expect_replay(again);
+}
+
+/// The exercise as it ships. What is held stops where the eye would stop it: at a place, never at a frame.
+class RenalStentByKeys : public TreatmentByKeys {
+protected:
+    RenalStentByKeys() : TreatmentByKeys(test::shipped_scenario("renal_stent"), exercise::Pictures::None) {}
+};
+
+TEST_F(RenalStentByKeys, FromTheFirstAortogramToTheLastTheExerciseIsDoneAndTheRecordingReplays) {
+    using script::DeviceRole;
+    const auto reaches = [&](std::initializer_list<const char*> keys, DeviceRole role, double place) {
+        const bool in = inside(role) < place;
+        return hold_until(keys, [&] { return in ? inside(role) >= place : inside(role) <= place; });
+    };
+    const auto aortogram = [&] {
+        pedal = {"A"};
+        for (int k = 0; k < 4; ++k) hold({}, false);
+        press("F3");
+        ASSERT_TRUE(simulation().contrast().injecting()) << messages.back().text;
+        for (int k = 0; k < 16; ++k) hold({}, false);
+        press("S");
+        pedal.clear();
+        press("R");
+    };
+    aortogram();
+
+    // The guide: up to the artery's mouth, and turned until it springs in.
+    pedal = {"Space"};
+    press("C");
+    ASSERT_EQ(hands.grasp()->in(Side::Left), DeviceRole::Catheter);
+    ASSERT_TRUE(reaches({"E"}, DeviceRole::Catheter, 310.5));
+    const double before = simulation().hand(DeviceRole::Catheter).turned;
+    ASSERT_TRUE(hold_until({"W"}, [&] {
+        return simulation().hand(DeviceRole::Catheter).turned - before > 108 * geometry::degree;
+    }));
+
+    // The wire, from a hand close to the valve, through the lesion.
+    for (int k = 0; k < 20 && *simulation().gripped_at(DeviceRole::Wire) > 30; ++k) press("N");
+    ASSERT_TRUE(reaches({"Up"}, DeviceRole::Wire, 343));
+
+    // The helper holds the wire; the stent goes over it, and the guide back.
+    press("Y");
+    press("Tab");
+    press("Tab");
+    ASSERT_EQ(hands.grasp()->in(Side::Right), DeviceRole::Balloon) << hands.grasp()->sentence();
+    ASSERT_EQ(hands.grasp()->in(Side::Left), DeviceRole::Catheter) << hands.grasp()->sentence();
+    for (int k = 0; k < 20 && *simulation().gripped_at(DeviceRole::Balloon) > 20; ++k) press("N");
+    ASSERT_TRUE(reaches({"Up"}, DeviceRole::Balloon, 335));
+    ASSERT_TRUE(reaches({"D"}, DeviceRole::Catheter, 296.5));
+
+    // Eleven atmospheres, without the beam while they act.
+    ASSERT_TRUE(hold_until({"Semicolon"}, [&] { return inflation().wanted >= 11; }));
+    ASSERT_TRUE(wait_until([&] { return inflation().pressure >= 11; }));
+    pedal.clear();
+    for (int k = 0; k < 120; ++k) hold({}, false);
+    press("Apostrophe");
+    ASSERT_TRUE(wait_until([&] { return inflation().pressure == 0; }));
+    pedal = {"Space"};
+    ASSERT_TRUE(reaches({"Down"}, DeviceRole::Balloon, 310));
+    press("R");
+    aortogram();
+
+    EXPECT_TRUE(exercise.completed());
+    const exercise::Score score = exercise.finish();
+    ASSERT_TRUE(score.treatment);
+    EXPECT_EQ(score.angiograms, 2);
+    ASSERT_EQ(score.treatment->lesions.size(), 1u);
+    const exercise::LesionScore& lesion = score.treatment->lesions[0];
+    EXPECT_LT(lesion.after.residual, 30);
+    EXPECT_LT(lesion.after.gradient().value_or(100), lesion.before.gradient().value_or(0) / 10);
+    ASSERT_TRUE(lesion.stented);
+    EXPECT_EQ(lesion.stented->covered, 100);
+    EXPECT_NEAR(lesion.stented->protrusion.value_or(0), 2, 1.5);
+    EXPECT_EQ(score.treatment->dissections + score.treatment->ruptures + score.treatment->bursts, 0);
+    exercise::Exercise again(test::shipped_scenario("renal_stent"), exercise::Pictures::None, test::cache());
+    expect_replay(again);
 }
 
 }  // namespace
