@@ -144,16 +144,26 @@ public:
     }
 
     Tried attempt(const State& from, int parent, const Move& move) {
-        exercise_.restore(from.snapshot);
-        now_ = from;
-        now_.snapshot = {};
-        now_.parent = parent;
-        now_.lines.clear();
         tried_ = {};
-        stay_.emplace(sim().scenario());
-        injuries_ = sim().injuries().all().size();
-        frame_budget_ = 4000;
-        if (!is_out(move.device) || move.device == target_) carry_out(move);
+        for (std::optional<int> grip;;) {
+            exercise_.restore(from.snapshot);
+            now_ = from;
+            now_.snapshot = {};
+            now_.parent = parent;
+            now_.lines.clear();
+            tried_.states.clear();
+            tried_.failure.reset();
+            stay_.emplace(sim().scenario());
+            injuries_ = sim().injuries().all().size();
+            frame_budget_ = 4000;
+            last_ = {};
+            bowed_.reset();
+            if (grip) frame({script::Grip{close_grip, roles_[static_cast<std::size_t>(*grip)]}});
+            if (!is_out(move.device) || move.device == target_) carry_out(move);
+            // A shaft that bows outside bears more where less of it is free.
+            if (!bowed_ || grip) break;
+            grip = bowed_;
+        }
         return std::move(tried_);
     }
 
@@ -265,7 +275,6 @@ private:
     }
 
     void carry_out(const Move& move) {
-        last_ = {};
         switch (move.kind) {
             case Move::Kind::Push:
                 if (turn(move.device, move.roll)) push(move.device);
@@ -290,11 +299,9 @@ private:
         }
     }
 
-    /// A shaft that bows outside bears more where less of it is free. False where the hand is there already.
-    bool grip_closer(int device) {
-        const DeviceRole role = roles_[static_cast<std::size_t>(device)];
-        const std::optional<double> now = sim().gripped_at(role);
-        return now && *now > close_grip && frame({script::Grip{close_grip, role}});
+    bool can_grip_closer(int device) const {
+        const std::optional<double> now = sim().gripped_at(roles_[static_cast<std::size_t>(device)]);
+        return now && *now > close_grip;
     }
 
     /// What a push is to lessen [mm].
@@ -317,7 +324,10 @@ private:
             if (injured()) return fail(Ending::Injures, device);
             if (stay_->stayed() && device == target_) return arrive(device);
             if (!going) return fail(Ending::Prolapses, device);
-            if (last_.buckled && grip_closer(device)) continue;
+            if (last_.buckled && can_grip_closer(device)) {
+                bowed_ = device;
+                return;
+            }
             const bool stands = last_.buckled || last_.too_thick || last_.refused;
             stuck = stands ? stuck + 1 : 0;
             if (stuck >= 4) return fail(last_.refused ? Ending::Refused : Ending::Wedges, device);
@@ -395,6 +405,7 @@ private:
     exercise::StepReport last_;
     int frame_budget_ = 0;
     std::optional<Stay> stay_;  // in the move
+    std::optional<int> bowed_;  // device that bowed outside, which a hand that holds it closer would not let
     std::size_t injuries_ = 0;
 };
 
@@ -407,21 +418,21 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
         return all;
     };
     const std::vector<double> turns = angles({180, 90, -90, 45, -45, 135, -135});
-    std::vector<Move> moves;
     using Kind = Move::Kind;
-    moves.push_back({Kind::Push, 0, 0});
+    std::vector<Move> moves = {{Kind::Push, 0, 0}}, of_wire, of_catheter;
     for (int k = 1; k <= target; ++k) moves.push_back({Kind::Push, k, 0});
     if (shaped(0))
-        for (const double roll : turns) moves.push_back({Kind::Push, 0, roll});
+        for (const double roll : turns) of_wire.push_back({Kind::Push, 0, roll});
     // What steers is the outermost device with a bend, or else the device to be brought there.
     int catheter = target > 0 ? target : count > 1 ? 1 : 0;
     for (int k = 1; k < count; ++k)
         if (shaped(k)) catheter = k;
-    if (catheter == 0) return moves;
-    const auto add = [&](Kind kind, double roll) { moves.push_back({kind, catheter, roll}); };
-    add(Kind::Pull, 0);
-    add(Kind::Lead, 0);
-    if (shaped(catheter)) {
+    const auto add = [&](Kind kind, double roll) { of_catheter.push_back({kind, catheter, roll}); };
+    if (catheter > 0) {
+        add(Kind::Pull, 0);
+        add(Kind::Lead, 0);
+    }
+    if (catheter > 0 && shaped(catheter)) {
         for (const double roll : angles({90, -90, 180})) {
             add(Kind::Lead, roll);
             add(Kind::Pull, roll);
@@ -433,6 +444,11 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
             add(Kind::Shaped, roll);
         }
         for (const double roll : angles({0, 90, -90, 180})) add(Kind::WithoutWire, roll);
+    }
+    // By turns: either may be what steers.
+    for (std::size_t k = 0; k < std::max(of_wire.size(), of_catheter.size()); ++k) {
+        if (k < of_wire.size()) moves.push_back(of_wire[k]);
+        if (k < of_catheter.size()) moves.push_back(of_catheter[k]);
     }
     return moves;
 }
