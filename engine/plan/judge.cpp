@@ -120,6 +120,9 @@ void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const Ju
     }
     if (const std::string said = end.vessels_sentence(); !said.empty()) judged.left_out.push_back(said);
     judged.score = exercise.finish();
+    judged.peak_force = judged.score.peak_wall_force;
+    judged.mean_force = judged.score.mean_wall_force;
+    judged.seconds = judged.score.duration;
 }
 
 Judged judge(const exercise::Exercise& start, const Course& course, const JudgeOptions& options) {

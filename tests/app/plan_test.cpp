@@ -48,6 +48,9 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     EXPECT_EQ(ran.code, 0) << ran.out << ran.error;
     const auto score = nlohmann::json::parse(read(folder / "ran/score.json"));
     EXPECT_EQ(score["peak_wall_force_N"], all[0]["peak_wall_force_N"]);
+    EXPECT_EQ(score["contrast_ml"], all[0]["contrast_ml"]);
+    EXPECT_EQ(score["air_kerma_mGy"], all[0]["air_kerma_mGy"]);
+    EXPECT_EQ(score["angiograms"], 2) << "of the trunk and of the branch";
     const Outcome replayed =
         test::run(folder, joined({"replay", "ran/run.gw", "--scenario", "plan/best.toml"}, cache));
     EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.error;
@@ -65,6 +68,16 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     for (const char* number : {"nan&nbsp;", "inf&nbsp;", ">nan", ">inf"})
         EXPECT_EQ(page.find(number), std::string::npos);
     EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+}
+
+TEST_F(PlanCommand, AngiogramsEndWithThePatientsContrast) {
+    for (const double limit : {4.0, 7.0, 10.0, 100.0}) {
+        write(folder / "fork.toml", test::replaced(test::fork_toml(), "seed = 1",
+                                                   fmt::format("seed = 1\ncontrast_limit_ml = {}", limit)));
+        const std::string out = fmt::format("limit{:.0f}", limit);
+        ASSERT_EQ(plan({}, out).code, 0);
+        EXPECT_EQ(ranked(folder, out)[0]["contrast_ml"], std::min(10.0, 5 * std::floor(limit / 5))) << limit;
+    }
 }
 
 TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
