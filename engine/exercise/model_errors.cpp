@@ -1,0 +1,50 @@
+#include "engine/exercise/model_errors.h"
+
+#include <algorithm>
+
+namespace exercise {
+
+using geometry::Vec3;
+
+std::optional<physics::Response> response_of(const Simulation& simulation) {
+    const Readings& now = simulation.readings();
+    if (!now.at_rest || !now.strict_minimum || now.motion.settling) return {};
+    physics::Response response(simulation.wall(), simulation.wire());
+    if (!response.exists()) return {};
+    return response;
+}
+
+std::optional<double> twist_error(const Simulation& simulation, const physics::Response& response) {
+    double tip = 0;
+    for (int k = 0; k < static_cast<int>(simulation.devices().size()); ++k) {
+        const physics::Torsion model = simulation.torsion(k);
+        const scenario::TorsionNeed need = simulation.torsion_need(k);
+        if (model == physics::Torsion::Segments || need.give == 0) continue;
+        // The shaft is a spring of 1/give, against which the torque grows or falls as it turns.
+        const double spring = model == physics::Torsion::Rigid ? 1 + need.give * response.torque_curve(k) : 1;
+        const auto moved = response.to_turn(k, need.left_out_now(model));
+        if (!moved || !(spring > 0)) return {};
+        tip += moved->tip().norm() / spring;
+    }
+    return tip;
+}
+
+ModelErrors model_errors(const Simulation& simulation) {
+    ModelErrors errors;
+    const auto response = response_of(simulation);
+    if (!response) return errors;
+    const physics::NarrowedWall& wall = simulation.wall();
+    // In closed form the mesh is what is only nearly the wall; a narrowed lumen is another one.
+    if (simulation.scenario().wall_model == scenario::WallModel::DistanceField && wall.narrowings().empty()) {
+        const std::vector<Vec3> off = response->off(geometry::MeshQuery(simulation.anatomy().lumen));
+        errors.wall_off = 0;
+        for (const Vec3& by : off) errors.wall_off = std::max(*errors.wall_off, by.norm());
+        if (const auto moved = response->to_moved_wall(off)) errors.wall = moved->tip().norm();
+    }
+    if (wall.foundation() && simulation.wire().vessels_stay)
+        if (const auto moved = response->to_vessels(*wall.foundation())) errors.vessels = moved->tip().norm();
+    errors.twist = twist_error(simulation, *response);
+    return errors;
+}
+
+}  // namespace exercise
