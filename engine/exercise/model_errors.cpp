@@ -6,10 +6,10 @@ namespace exercise {
 
 using geometry::Vec3;
 
-std::optional<physics::Response> response_of(const Simulation& simulation) {
+std::optional<physics::Response> response_of(const Simulation& simulation, physics::Grips grips) {
     const Readings& now = simulation.readings();
     if (!now.at_rest || !now.strict_minimum || now.motion.settling) return {};
-    physics::Response response(simulation.wall(), simulation.wire());
+    physics::Response response(simulation.wall(), simulation.wire(), grips);
     if (!response.exists()) return {};
     return response;
 }
@@ -31,7 +31,7 @@ std::optional<double> twist_error(const Simulation& simulation, const physics::R
 
 ModelErrors model_errors(const Simulation& simulation) {
     ModelErrors errors;
-    const auto response = response_of(simulation);
+    const auto response = response_of(simulation, physics::Grips::Slide);
     if (!response) return errors;
     const physics::NarrowedWall& wall = simulation.wall();
     // In closed form the mesh is what is only nearly the wall; a narrowed lumen is another one.

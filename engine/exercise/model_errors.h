@@ -18,14 +18,13 @@ struct ModelErrors {
     std::optional<double> twist;
 };
 
-/// By the response of the tip (docs/solver.md, section 14). Made anew by each call, of which looking for
-/// joints in the mesh of the lumen takes most.
+/// By the response of the tip with grips that slide, as they do on the way (docs/solver.md, section 14). Made
+/// anew by each call, of which looking for joints in the mesh of the lumen takes most.
 ModelErrors model_errors(const Simulation&);
 /// The same of twist alone.
 std::optional<double> twist_error(const Simulation&, const physics::Response&);
 
-/// The response of the wire shown; empty unless it is a strict minimum. The simulation must outlive it and
-/// stay as it is.
-std::optional<physics::Response> response_of(const Simulation&);
+/// The response of the wire shown; empty unless it is a strict minimum. The simulation must outlive it.
+std::optional<physics::Response> response_of(const Simulation&, physics::Grips);
 
 }  // namespace exercise

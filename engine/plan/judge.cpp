@@ -190,7 +190,7 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario,
     play(exact, script, [] {});
     const exercise::Simulation& usual = exact.simulation();
     const double usual_force = exact.score().peak_wall_force;
-    const std::optional<physics::Response> response = exercise::response_of(usual);
+    const std::optional<physics::Response> response = exercise::response_of(usual, physics::Grips::Slide);
     const auto at_end = [&](Sensitivity& of, const std::optional<physics::Moved>& moved) {
         if (!moved) return;
         of.at_end = moved->tip().norm();

@@ -30,7 +30,11 @@ double Moved::largest_force(std::span<const WallContact> contacts) const {
     return forces[static_cast<std::size_t>(largest - contacts.begin())];
 }
 
-Response::Response(const LumenWall& wall, const Chain& rest) : wall_(wall), rest_(rest), contacts_(wall) {
+Response::Response(const LumenWall& wall, const Chain& rest, Grips grips)
+    : wall_(wall), rest_(rest), contacts_(wall) {
+    // A force that stays is no part of a change of the gradient.
+    if (grips == Grips::Slide)
+        for (Grip& grip : rest_.grips) grip.force = 0;
     if (rest.segments() < 2 || !rest.tip().allFinite()) return;
     contacts_.reset(rest);
     if (rest.bent_segments() > 0) {

@@ -23,25 +23,30 @@ struct Moved {
     double largest_force(std::span<const WallContact>) const;
 };
 
+/// What friction does while something changes: its grips hold on, as at a rest that is left alone; or they
+/// push as they do and hold nothing, as while a chain slides, of which the change is part of the way.
+enum class Grips { Hold, Slide };
+
 /// The linear response of a chain at a strict minimum: minus the inverse Hessian times the change of the
 /// gradient, by one pass of the recursion and a short one for each answer (docs/solver.md, section 14). The
 /// contacts that touch go on to touch, and no other begins to. Forces of friction and the vessels' gives are
 /// held as they are, as they are while a rest is sought: what the coefficient of friction does depends on the
-/// way that the chain has come, and has no derivative here. The wall and the chain must outlive it.
+/// way that the chain has come, and has no derivative here. The wall must outlive it.
 class Response {
 public:
-    Response(const LumenWall&, const Chain& rest);
+    Response(const LumenWall&, const Chain& rest, Grips = Grips::Hold);
 
     /// Whether the chain is a strict minimum; else there is no answer.
     bool exists() const { return exists_; }
+    const Chain& rest() const { return rest_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }
 
     /// By how much the torque against which a rigid shaft's hub is held grows as that turns, all else
     /// answering; 0 where the shaft's frame does not matter [N·mm/rad].
     double torque_curve(int device) const;
 
-    /// Where the chain becomes this one: the same joints, with other materials or thickness, assigned, or
-    /// with hubs turned.
+    /// Where the chain, with its grips as they are here, becomes this one: the same joints, with other
+    /// materials or thickness, assigned, or with hubs turned.
     std::optional<Moved> to(const Chain& changed) const;
 
     /// EI of a device by this part of it.
@@ -70,7 +75,7 @@ private:
     std::optional<Moved> to_small(double amount, const Change&) const;
 
     const LumenWall& wall_;
-    const Chain& rest_;
+    Chain rest_;
     ContactSet contacts_;
     NewtonModel model_;
     FrameMatrix curve_ = {};  // of the energy by the frames' turns at the base [N·mm]
