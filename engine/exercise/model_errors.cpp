@@ -15,16 +15,15 @@ std::optional<physics::Response> response_of(const Simulation& simulation, physi
 }
 
 std::optional<double> twist_error(const Simulation& simulation, const physics::Response& response) {
-    double tip = 0;
+    std::optional<double> tip;
     for (int k = 0; k < static_cast<int>(simulation.devices().size()); ++k) {
-        const physics::Torsion model = simulation.torsion(k);
         const scenario::TorsionNeed need = simulation.torsion_need(k);
-        if (model == physics::Torsion::Segments || need.give == 0) continue;
-        // The shaft is a spring of 1/give, against which the torque grows or falls as it turns.
-        const double spring = model == physics::Torsion::Rigid ? 1 + need.give * response.torque_curve(k) : 1;
-        const auto moved = response.to_turn(k, need.left_out_now(model));
+        if (simulation.torsion(k) != physics::Torsion::Rigid || need.give == 0) continue;
+        // A spring of 1/give, against which the torque grows or falls as it turns.
+        const double spring = 1 + need.give * response.torque_curve(k);
+        const auto moved = response.to_turn(k, need.winds_up_now);
         if (!moved || !(spring > 0)) return {};
-        tip += moved->tip().norm() / spring;
+        tip = tip.value_or(0) + moved->tip().norm() / spring;
     }
     return tip;
 }

@@ -35,20 +35,20 @@ Response::Response(const LumenWall& wall, const Chain& rest, Grips grips)
     // A force that stays is no part of a change of the gradient.
     if (grips == Grips::Slide)
         for (Grip& grip : rest_.grips) grip.force = 0;
-    if (rest.segments() < 2 || !rest.tip().allFinite()) return;
-    contacts_.reset(rest);
-    if (rest.bent_segments() > 0) {
-        model_.directors.resize(rest.joints.size());
-        model_.directors[0] = rest.base_director;
+    if (rest_.segments() < 2 || !rest_.tip().allFinite()) return;
+    contacts_.reset(rest_);
+    if (rest_.bent_segments() > 0) {
+        model_.directors.resize(rest_.joints.size());
+        model_.directors[0] = rest_.base_director;
     }
     double stiffest = 0;
-    for (int j = 0; j < rest.segments(); ++j) stiffest = std::max(stiffest, rest.spring_constant(j));
+    for (int j = 0; j < rest_.segments(); ++j) stiffest = std::max(stiffest, rest_.spring_constant(j));
     constexpr double pivot_fraction = 1e-6;
     model_.least_pivot = pivot_fraction * stiffest;
     std::vector<double> forces;
     for (const WallContact& contact : contacts_.contacts()) forces.push_back(contact.force());
-    model_.start_with(rest, forces);
-    const RiccatiReport report = model_.linearise(rest, contacts_, 1, 0);
+    model_.start_with(rest_, forces);
+    const RiccatiReport report = model_.linearise(rest_, contacts_, 1, 0);
     exists_ = report.shifted == 0;
     curve_ = report.curve;
 }
