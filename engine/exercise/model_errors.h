@@ -14,7 +14,7 @@ struct ModelErrors {
     std::optional<double> wall;      // by the wall's field, against the mesh of the lumen
     std::optional<double> wall_off;  // the most that this field is off where a joint touches
     std::optional<double> vessels;   // by vessels that stay, though they would make way
-    /// By the twist that the model of each shaft leaves out of what torque and friction now make of it.
+    /// By the twist that the torque now makes of shafts that are rigid; not by what friction holds back.
     std::optional<double> twist;
 };
 

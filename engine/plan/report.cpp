@@ -150,7 +150,7 @@ std::string how_sure(const Planned& best) {
             : "spacing of the wall's field",
         errors.wall);
     row("vessels that stay, though they would make way", errors.vessels);
-    row("twist of the shafts that their models leave out", errors.twist);
+    row("rigid shafts, though their torque would wind them up", errors.twist);
     text += "</tbody></table><p class=\"about\">A dash: there is no such error, or no estimate of it.</p>";
     if (best.left_out.empty()) return text;
     text += "<ul class=\"advice\">";

@@ -270,7 +270,6 @@ TorsionNeed torsion_need(const Device& device, const ShaftState& at, const Lumen
     need.give = give;
     need.winds_up_now = std::abs(at.torque) * give;
     need.winds_up = std::max(by_bend * give, need.winds_up_now);
-    need.held_back_now = at.held_back;
     if (device.holding_friction() == 0) return need;
     const double radius = 0.5 * device.outer_diameter;
     const double press = lean(physics::rigidity_at(device, reach_ahead), within.forced_curvature,
@@ -282,11 +281,6 @@ TorsionNeed torsion_need(const Device& device, const ShaftState& at, const Lumen
 double TorsionNeed::left_out(physics::Torsion model) const {
     return (model == physics::Torsion::Rigid ? winds_up : 0) +
            (model == physics::Torsion::Segments ? 0 : held_back);
-}
-
-double TorsionNeed::left_out_now(physics::Torsion model) const {
-    return (model == physics::Torsion::Rigid ? winds_up_now : 0) +
-           (model == physics::Torsion::Segments ? 0 : held_back_now);
 }
 
 double TorsionNeed::at_tip(double angle) const {

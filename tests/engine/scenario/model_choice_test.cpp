@@ -113,10 +113,8 @@ TEST(ModelChoice, SaysWhatIsLeftOut) {
     test::expect_said(torsion_sentence(wide, physics::Torsion::Rigid), "up to 250 degrees are left out");
     // Of what there is now, by a torque of 1 N mm at the hub.
     const TorsionNeed now = torsion_need(wire, {400, 100, -1, 0.2}, demand_of(bend));
-    EXPECT_NEAR(now.left_out_now(physics::Torsion::Rigid), now.give + 0.2, 1e-12);
-    EXPECT_EQ(now.left_out_now(physics::Torsion::Whole), 0.2);
-    EXPECT_EQ(now.left_out_now(physics::Torsion::Segments), 0);
-    EXPECT_LE(now.left_out_now(physics::Torsion::Rigid), now.left_out(physics::Torsion::Rigid));
+    EXPECT_NEAR(now.winds_up_now, now.give, 1e-12);
+    EXPECT_LE(now.winds_up_now, now.winds_up);
     EXPECT_EQ(torsion_sentence(need, physics::Torsion::Segments).find("left out"), std::string::npos);
 }
 
