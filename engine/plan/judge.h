@@ -80,8 +80,9 @@ struct Sensitivity {
     double force = 0;   // change of the largest force on the wall, the larger of both [N]
     int reach = 0;      // of the two
     /// Of the foremost tip alone at the end, hubs held there, to first order by the solver's
-    /// recursion (physics::Response), and the change of the largest force there. Of what has a derivative at
-    /// a rest: not of friction, whose forces the way makes, and not of pushes [mm], [N].
+    /// recursion (physics::Response with grips that slide), and the change of the largest force there. Of
+    /// what has a derivative at a rest: not of friction, whose forces the way makes, and not of pushes [mm],
+    /// [N].
     std::optional<double> at_end = {}, force_at_end = {};
 };
 /// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,

@@ -142,12 +142,11 @@ std::string how_sure(const Planned& best) {
                           io::rounded_text(*best.force_error))
             : "segments of a finite length",
         best.tip_error);
-    row(errors.wall_off
-            ? fmt::format(
-                  "spacing of the wall's field (at most {}&nbsp;mm off the lumen's mesh where a joint "
-                  "touches)",
-                  io::rounded_text(*errors.wall_off))
-            : "spacing of the wall's field",
+    row(errors.wall_off ? fmt::format("place of the wall's field, a lower figure (at most {}&nbsp;mm off the "
+                                      "lumen's mesh where a joint "
+                                      "touches)",
+                                      io::rounded_text(*errors.wall_off))
+                        : "place of the wall's field",
         errors.wall);
     row("vessels that stay, though they would make way", errors.vessels);
     row("rigid shafts, though their torque would wind them up", errors.twist);

@@ -65,7 +65,7 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     const std::string page = read(folder / "plan/plan.html");
     for (const char* said :
          {"1 of 2 sets of devices reach", "Where the others fail", "What makes the way hard",
-          "What the best course depends on", "How sure", "spacing of the wall's field", "rigid shafts",
+          "What the best course depends on", "How sure", "place of the wall's field", "rigid shafts",
           "What was not tried", "from the left"})
         test::expect_said(page, said);
     for (const char* number : {"nan&nbsp;", "inf&nbsp;", ">nan", ">inf"})
