@@ -211,6 +211,16 @@ std::string number_text(double number) {
     return error == std::errc{} ? std::string(buffer.data(), end) : std::string("nan");
 }
 
+std::string rounded_text(double value, int digits) {
+    constexpr double least = 1e-6;
+    if (std::abs(value) < least) return "0";
+    if (!std::isfinite(value)) return number_text(value);
+    // Rounding first may add a digit: 9.96 becomes 10.
+    const double rounded = std::stod(fmt::format("{:.{}e}", value, digits - 1));
+    const int before = static_cast<int>(std::floor(std::log10(std::abs(rounded)) + 1e-9));
+    return fmt::format("{:.{}f}", rounded, std::max(0, digits - 1 - before));
+}
+
 std::optional<double> parse_number(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
     return parse_whole<double>(word);

@@ -16,6 +16,9 @@ namespace io {
 /// Shortest text that reads back to the same bits.
 std::string number_text(double);
 
+/// Rounded to so many significant digits and without an exponent: "250", "0.0042"; less than 1e-6 is "0".
+std::string rounded_text(double, int digits = 2);
+
 /// The whole word as a number; empty for anything else. Accepts "nan" and "inf": callers must check for them.
 std::optional<double> parse_number(std::string_view);
 std::optional<int> parse_integer(std::string_view);

@@ -8,9 +8,7 @@
 #include "engine/author/attempt.h"
 #include "engine/exercise/observation.h"
 #include "engine/room/played_hand.h"
-#include "physics/geometry/mesh_query.h"
 #include "physics/geometry/parallel.h"
-#include "physics/relax/tip_response.h"
 
 namespace plan {
 namespace {
@@ -70,29 +68,6 @@ void play(exercise::Exercise& exercise, const script::CommandScript& script,
     }
 }
 
-namespace {
-
-std::optional<double> wall_error(const exercise::Simulation& simulation) {
-    if (!simulation.vessels_stay()) return {};
-    const physics::Chain& chain = simulation.wire();
-    const std::span<const physics::WallContact> contacts = simulation.contacts();
-    const geometry::MeshQuery mesh(simulation.anatomy().lumen);
-    std::optional<double> worst;
-    for (std::size_t j = 1; j < contacts.size(); ++j) {
-        const physics::WallContact& contact = contacts[j];
-        // Past an open end there is no mesh.
-        if (!contact.touches() ||
-            mesh.distance(chain.joints[j]) > contact.clearance + 2 * chain.inner_radius())
-            continue;
-        const double radius = chain.inner_radius() + contact.thickness;
-        worst = std::max(worst.value_or(0),
-                         std::abs(contact.penetration - (radius - mesh.distance(chain.joints[j]))));
-    }
-    return worst;
-}
-
-}  // namespace
-
 void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
     judged.moments.clear();
@@ -113,7 +88,7 @@ void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const Ju
         judged.force_error = std::abs(error->wall_force);
     }
     const exercise::Simulation& end = exercise.simulation();
-    judged.wall_error = wall_error(end);
+    judged.model_errors = exercise::model_errors(end);
     for (std::size_t k = 0; k < end.wire().devices.size(); ++k) {
         const std::string said = end.torsion_sentence(static_cast<int>(k));
         if (!said.empty()) judged.left_out.push_back(said);
@@ -216,19 +191,11 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario,
     play(exact, script, [] {});
     const exercise::Simulation& usual = exact.simulation();
     const double usual_force = exact.score().peak_wall_force;
-    // What a device that is stiffer by 5 % does there, to first order.
-    const auto at_end = [&](std::size_t device) -> std::optional<double> {
-        physics::Chain changed = usual.wire();
-        if (device >= changed.devices.size() || !usual.readings().strict_minimum) return {};
-        constexpr double part = 1e-4;
-        for (physics::StiffnessSection& section : changed.devices[device].spec.sections) {
-            section.rigidity_distal *= 1 + part;
-            section.rigidity_proximal *= 1 + part;
-        }
-        physics::assign(changed);
-        const auto moved = physics::tip_response(usual.wall(), changed);
-        if (!moved) return {};
-        return moved->norm() * 0.05 / part;
+    const std::optional<physics::Response> response = exercise::response_of(usual, physics::Grips::Slide);
+    const auto at_end = [&](Sensitivity& of, const std::optional<physics::Moved>& moved) {
+        if (!moved) return;
+        of.at_end = moved->tip().norm();
+        of.force_at_end = std::abs(moved->largest_force(response->contacts()));
     };
     struct Change {
         Sensitivity of;
@@ -251,12 +218,13 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario,
                 section.rigidity_proximal *= 1 + 0.05 * part;
             }
         });
-        changes.back().of.at_end = at_end(k);
+        if (response) at_end(changes.back().of, response->to_rigidity(static_cast<int>(k), 0.05));
     }
     add("friction on the wall", 20, "%",
         [](scenario::Scenario& s, double part) { s.wall_friction *= 1 + 0.2 * part; });
     add("stiffness of the wall", 50, "%",
         [](scenario::Scenario& s, double part) { s.wall_stiffness *= 1 + 0.5 * part; });
+    if (response) at_end(changes.back().of, response->to_wall_stiffness(0.5));
     // What a device leaves free of a vessel is all that contact knows of either.
     add("radius of the vessels", 0.05, "mm", [](scenario::Scenario& s, double part) {
         for (std::size_t k = 0; k < s.devices.size(); ++k) {
@@ -268,6 +236,7 @@ std::vector<Sensitivity> sensitivities(const scenario::Scenario& scenario,
                 std::max(device.outer_diameter - 0.1 * part, 1.02 * device.inner_diameter + 0.05), most);
         }
     });
+    if (response) at_end(changes.back().of, response->to_radius(0.05));
     const auto add_hand = [&](const char* what, double pushes, double turns) {
         changes.push_back({{what, 5, "%"}, [&, pushes, turns](double part) {
                                return end_of(scenario, 1 + pushes * part, 1 + turns * part);

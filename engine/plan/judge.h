@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/anatomy/model_cache.h"
+#include "engine/exercise/model_errors.h"
 #include "engine/exercise/score.h"
 #include "engine/plan/search.h"
 #include "engine/room/keys.h"
@@ -47,9 +48,8 @@ struct Judged : Worth {
     /// At the end: how far the foremost tip and the largest force are from those of infinitely short
     /// segments; empty where there is no estimate [mm], [N].
     std::optional<double> tip_error, force_error;
-    /// The most that the wall of the devices, a smoothed field, is off the mesh of the lumen where a joint
-    /// touches at the end; empty where none does, or vessels have made way [mm].
-    std::optional<double> wall_error;
+    /// At the end likewise: what the wall's field and the models that the simulation chose cost the tip.
+    exercise::ModelErrors model_errors;
     /// What the models that the simulation chose leave out, a sentence each.
     std::vector<std::string> left_out;
 };
@@ -81,9 +81,11 @@ struct Sensitivity {
     double tip = 0;     // how far the tip lies elsewhere at the end, the larger of both [mm]
     double force = 0;   // change of the largest force on the wall, the larger of both [N]
     int reach = 0;      // of the two
-    /// Of the foremost tip alone at the end, hubs held there, to first order by the solver's recursion
-    /// (physics::tip_response); of stiffness alone [mm].
-    std::optional<double> at_end = {};
+    /// Of the foremost tip alone at the end, hubs held there, to first order by the solver's
+    /// recursion (physics::Response with grips that slide), and the change of the largest force there. Of
+    /// what has a derivative at a rest: not of friction, whose forces the way makes, and not of pushes [mm],
+    /// [N].
+    std::optional<double> at_end = {}, force_at_end = {};
 };
 /// Plays the course with one quantity changed to either side, each in turn: stiffness of each device,
 /// friction, stiffness of the wall, radius of the vessels, amounts of pushes and turns. Central differences

@@ -58,7 +58,7 @@ void take(Planned& planned, const Judged& judged) {
     planned.contrast = judged.score.contrast;
     planned.tip_error = judged.tip_error;
     planned.force_error = judged.force_error;
-    planned.wall_error = judged.wall_error;
+    planned.model_errors = judged.model_errors;
     planned.left_out = judged.left_out;
     planned.handling_errors = static_cast<int>(judged.score.handling_errors.size());
     planned.defects = judged.defects;
@@ -219,6 +219,9 @@ std::string to_csv(const std::vector<Planned>& all) {
                      "handling_errors",
                      "tip_error_mm",
                      "wall_force_error_N",
+                     "tip_error_wall_mm",
+                     "tip_error_vessels_mm",
+                     "tip_error_twist_mm",
                      "left_mm",
                      "ends",
                      "frames_simulated",
@@ -226,6 +229,9 @@ std::string to_csv(const std::vector<Planned>& all) {
                      "refused"}};
     int place = 0;
     for (const Planned& one : all) {
+        const auto known = [](const std::optional<double>& value) {
+            return value ? io::TableCell(*value) : io::TableCell();
+        };
         const auto of = [&](double value) { return one.reached ? io::TableCell(value) : io::TableCell(); };
         std::string ends;
         if (!one.reached && !one.failures.empty()) {
@@ -247,12 +253,15 @@ std::string to_csv(const std::vector<Planned>& all) {
                    of(one.turns),
                    of(one.travel),
                    of(one.seconds),
-                   one.air_kerma ? io::TableCell(*one.air_kerma) : io::TableCell(),
-                   one.area_product ? io::TableCell(*one.area_product) : io::TableCell(),
+                   known(one.air_kerma),
+                   known(one.area_product),
                    of(one.contrast),
                    of(one.handling_errors),
-                   one.tip_error ? io::TableCell(*one.tip_error) : io::TableCell(),
-                   one.force_error ? io::TableCell(*one.force_error) : io::TableCell(),
+                   known(one.tip_error),
+                   known(one.force_error),
+                   known(one.model_errors.wall),
+                   known(one.model_errors.vessels),
+                   known(one.model_errors.twist),
                    one.reached ? 0.0 : std::abs(one.left),
                    ends,
                    static_cast<double>(one.frames),

@@ -32,7 +32,7 @@ struct Planned : Worth {
     std::optional<double> air_kerma, area_product;  // [mGy], [Gy·cm²]
     double contrast = 0;                            // [ml]
     std::optional<double> tip_error, force_error;   // at the end, as Judged has them [mm], [N]
-    std::optional<double> wall_error;               // likewise [mm]
+    exercise::ModelErrors model_errors;             // likewise
     std::vector<std::string> left_out;              // likewise
     int handling_errors = 0;
     std::vector<std::string> defects;

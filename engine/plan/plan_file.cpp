@@ -32,7 +32,8 @@ Json json_of(const Sensitivity& one) {
             {"tip_mm", one.tip},
             {"force_N", one.force},
             {"reach_of_2", one.reach},
-            {"tip_at_end_mm", number_or_null(one.at_end)}};
+            {"tip_at_end_mm", number_or_null(one.at_end)},
+            {"force_at_end_N", number_or_null(one.force_at_end)}};
 }
 
 /// What both kinds of file say.
@@ -61,7 +62,10 @@ Json summary_of(const Planned& one) {
                  {"contrast_ml", one.contrast},
                  {"tip_error_mm", number_or_null(one.tip_error)},
                  {"wall_force_error_N", number_or_null(one.force_error)},
-                 {"wall_error_mm", number_or_null(one.wall_error)},
+                 {"tip_error_wall_mm", number_or_null(one.model_errors.wall)},
+                 {"tip_error_vessels_mm", number_or_null(one.model_errors.vessels)},
+                 {"tip_error_twist_mm", number_or_null(one.model_errors.twist)},
+                 {"wall_error_mm", number_or_null(one.model_errors.wall_off)},
                  {"left_out", one.left_out},
                  {"handling_errors", one.handling_errors},
                  {"defects", one.defects},
@@ -124,7 +128,10 @@ Planned planned_from(const std::string& text, const std::string& file) {
         get("contrast_ml", one.contrast);
         maybe("tip_error_mm", one.tip_error);
         maybe("wall_force_error_N", one.force_error);
-        maybe("wall_error_mm", one.wall_error);
+        maybe("tip_error_wall_mm", one.model_errors.wall);
+        maybe("tip_error_vessels_mm", one.model_errors.vessels);
+        maybe("tip_error_twist_mm", one.model_errors.twist);
+        maybe("wall_error_mm", one.model_errors.wall_off);
         get("left_out", one.left_out);
         get("handling_errors", one.handling_errors);
         get("defects", one.defects);
@@ -149,6 +156,7 @@ Planned planned_from(const std::string& text, const std::string& file) {
             Sensitivity made{of.at("of"),     of.at("change"),  of.at("unit"),
                              of.at("tip_mm"), of.at("force_N"), of.at("reach_of_2")};
             if (!of.at("tip_at_end_mm").is_null()) made.at_end = of.at("tip_at_end_mm").get<double>();
+            if (!of.at("force_at_end_N").is_null()) made.force_at_end = of.at("force_at_end_N").get<double>();
             one.sensitivities.push_back(made);
         }
         for (const Json& m : json.at("moments")) {

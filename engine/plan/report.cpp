@@ -127,19 +127,32 @@ std::string views_of(const ReportCase& of) {
 }
 
 std::string how_sure(const Planned& best) {
-    std::string text = "<h2>How sure</h2><ul class=\"advice\">";
-    text += best.tip_error
-                ? fmt::format(
-                      "<li>At the end of the best course the tip is known to &plusmn;{:.2g}&nbsp;mm, and the "
-                      "largest force on the wall to &plusmn;{:.2g}&nbsp;N: an estimate of what segments of a "
-                      "finite length cost.</li>",
-                      *best.tip_error, best.force_error.value_or(0))
-                : "<li>Of what segments of a finite length cost at the end there is no estimate.</li>";
-    if (best.wall_error)
-        text += fmt::format(
-            "<li>The wall that the devices meet is at most {:.2g}&nbsp;mm off the lumen's mesh where "
-            "they touch it at the end.</li>",
-            *best.wall_error);
+    const exercise::ModelErrors& errors = best.model_errors;
+    std::string text =
+        "<h2>How sure</h2><p class=\"about\">How far the tip is, at the end of the best course, from where "
+        "it "
+        "would be without each of these, to first order by the tip's response.</p>"
+        "<table><thead><tr><th>What is left out or coarse</th><th>tip</th></tr></thead><tbody>";
+    const auto row = [&text](const std::string& what, const std::optional<double>& tip) {
+        text += fmt::format("<tr><td>{}</td><td>{}</td></tr>", what,
+                            tip ? "&plusmn;" + io::rounded_text(*tip) + "&nbsp;mm" : "&ndash;");
+    };
+    row(best.force_error
+            ? fmt::format("segments of a finite length (largest force on the wall &plusmn;{}&nbsp;N)",
+                          io::rounded_text(*best.force_error))
+            : "segments of a finite length",
+        best.tip_error);
+    row(errors.wall_off ? fmt::format("place of the wall's field, a lower figure (at most {}&nbsp;mm off the "
+                                      "lumen's mesh where a joint "
+                                      "touches)",
+                                      io::rounded_text(*errors.wall_off))
+                        : "place of the wall's field",
+        errors.wall);
+    row("vessels that stay, though they would make way", errors.vessels);
+    row("rigid shafts, though their torque would wind them up", errors.twist);
+    text += "</tbody></table><p class=\"about\">A dash: there is no such error, or no estimate of it.</p>";
+    if (best.left_out.empty()) return text;
+    text += "<ul class=\"advice\">";
     for (std::string one : best.left_out) {
         one.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(one.front())));
         text += fmt::format("<li>{}.</li>", html_escaped(one));
@@ -152,10 +165,11 @@ std::string sensitivity_table(const Planned& one) {
     std::string text =
         "<h2>What the best course depends on</h2><p class=\"about\">The whole course played again with one "
         "quantity changed to either side. What moves the tip or costs the target is what has to be known. "
-        "\"At the end alone\": what the tip would do at the end with all hubs held, to first order, by the "
-        "solver's recursion.</p>"
+        "\"At the end alone\": what tip and largest force would do at the end with all hubs held, to first "
+        "order, by the solver's recursion; friction and amounts of the hand have no such derivative, because "
+        "the way makes them.</p>"
         "<table><thead><tr><th>Quantity</th><th>change</th><th>tip moves</th><th>at the end "
-        "alone</th><th>largest force changes</th>"
+        "alone</th><th>largest force changes</th><th>at the end alone</th>"
         "<th>reach</th></tr></thead><tbody>";
     std::vector<Sensitivity> sorted = one.sensitivities;
     std::ranges::stable_sort(sorted, [](const Sensitivity& a, const Sensitivity& b) {
@@ -163,11 +177,11 @@ std::string sensitivity_table(const Planned& one) {
     });
     for (const Sensitivity& of : sorted)
         text += fmt::format(
-            "<tr><td>{}</td><td>&plusmn;{:g}&nbsp;{}</td><td>{:.2f}&nbsp;mm</td><td>{}</"
-            "td><td>{:.3f}&nbsp;N</td>"
-            "<td{}>{} of 2</td></tr>",
+            "<tr><td>{}</td><td>&plusmn;{:g}&nbsp;{}</td><td>{:.2f}&nbsp;mm</td><td>{}</td>"
+            "<td>{:.3f}&nbsp;N</td><td>{}</td><td{}>{} of 2</td></tr>",
             html_escaped(of.of), of.change, html_escaped(of.unit), of.tip,
             of.at_end ? fmt::format("{:.2f}&nbsp;mm", *of.at_end) : "&ndash;", of.force,
+            of.force_at_end ? fmt::format("{:.3f}&nbsp;N", *of.force_at_end) : "&ndash;",
             of.reach < 2 ? " class=\"worse\"" : "", of.reach);
     return text + "</tbody></table>";
 }

@@ -12,6 +12,7 @@
 #include <queue>
 
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/io/text.h"
 #include "physics/geometry/maths.h"
 #include "physics/wall/distance_field.h"
 
@@ -266,7 +267,9 @@ TorsionNeed torsion_need(const Device& device, const ShaftState& at, const Lumen
     const double give = physics::torsional_give(device, shaped, std::max(shaped, need.shaft));
     // A shape of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
     const double by_bend = physics::rigidity_at(device, 0) * turn * within.forced_curvature;
-    need.winds_up = std::max(by_bend, std::abs(at.torque)) * give;
+    need.give = give;
+    need.winds_up_now = std::abs(at.torque) * give;
+    need.winds_up = std::max(by_bend * give, need.winds_up_now);
     if (device.holding_friction() == 0) return need;
     const double radius = 0.5 * device.outer_diameter;
     const double press = lean(physics::rigidity_at(device, reach_ahead), within.forced_curvature,
@@ -305,13 +308,14 @@ std::string torsion_sentence(const TorsionNeed& need, physics::Torsion model) {
     const std::string bend =
         need.within.bends.empty() ? "no bend" : fmt::format("the bend of '{}'", need.within.bends);
     std::string said = fmt::format(
-        "{}: within reach {} can wind up {:.0f} mm of it by {:.2g} degrees, and friction hold it back by "
-        "{:.2g}",
-        how, bend, need.shaft, need.winds_up / geometry::degree, need.held_back / geometry::degree);
+        "{}: within reach {} can wind up {:.0f} mm of it by {} degrees, and friction hold it back by {}", how,
+        bend, need.shaft, io::rounded_text(need.winds_up / geometry::degree, 2),
+        io::rounded_text(need.held_back / geometry::degree, 2));
     const double left = need.left_out(model);
     if (left > 0)
-        said += fmt::format("; up to {:.2g} degrees are left out, {:.2g} mm at its tip",
-                            left / geometry::degree, need.at_tip(left));
+        said +=
+            fmt::format("; up to {} degrees are left out, {} mm at its tip",
+                        io::rounded_text(left / geometry::degree, 2), io::rounded_text(need.at_tip(left), 2));
     return said;
 }
 

@@ -108,10 +108,12 @@ ModelChoice choose_model(const anatomy::Anatomy&, const Device& wire, double cur
 /// What the shaft of a device could do where it is and where it comes to next: the errors of the models that
 /// leave it out.
 struct TorsionNeed {
-    double shaft = 0;      // that twists: what is inside, and what is between introducer and hand [mm]
-    double winds_up = 0;   // by the vessels, at most; left out by a rigid shaft [rad]
-    double held_back = 0;  // by friction, at most; left out by all but one of segments [rad]
-    double arm = 0;        // of the distal end from the shaft's axis, unloaded, within the lumen [mm]
+    double shaft = 0;         // that twists: what is inside, and what is between introducer and hand [mm]
+    double winds_up = 0;      // by the vessels, at most; left out by a rigid shaft [rad]
+    double held_back = 0;     // by friction, at most; left out by all but one of segments [rad]
+    double winds_up_now = 0;  // by the torque that it has now alone [rad]
+    double give = 0;          // ∫ds/GJ of the part that twists [1/(N·mm)]
+    double arm = 0;           // of the distal end from the shaft's axis, unloaded, within the lumen [mm]
     LumenDemand within;
 
     /// That the model leaves out [rad].

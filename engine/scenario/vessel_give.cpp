@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/io/text.h"
 #include "physics/geometry/maths.h"
 
 namespace scenario {
@@ -292,9 +293,9 @@ std::string vessels_sentence(const VesselGive& give, bool stay, bool as_asked) {
     if (give.branch.empty())
         return fmt::format("vessels {}{}: within reach devices push none aside",
                            stay ? "stay where they are" : "make way", as_asked ? " as asked" : "");
-    return fmt::format("vessels {}{}: within reach devices can push '{}' aside by {:.2g} mm{}",
+    return fmt::format("vessels {}{}: within reach devices can push '{}' aside by {} mm{}",
                        stay ? "stay where they are" : "make way", as_asked ? " as asked" : "", give.branch,
-                       give.most, stay ? ", which is left out" : "");
+                       io::rounded_text(give.most, 2), stay ? ", which is left out" : "");
 }
 
 VesselGives::VesselGives(std::shared_ptr<const Reach> reach, std::vector<physics::Tissue> tissues,

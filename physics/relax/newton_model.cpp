@@ -165,10 +165,19 @@ void NewtonModel::solve(const Chain& wire, double mu) {
 /// The turns of the frames at the base that the model's minimum asks for.
 void NewtonModel::turn_base(const Chain& wire, double mu, RiccatiReport& report) {
     base_curve_ = report.curve;
-    solve_base(wire, report.slope, mu, &report);
+    solve_base(wire, with_springs(wire, report.slope), mu, &report);
 }
 
-/// The same for these slopes: each shaft that winds up as a whole against its spring; the others stand still.
+/// The slopes by the frames' turns at the base, with the springs of shafts that wind up as a whole.
+FrameVector NewtonModel::with_springs(const Chain& wire, FrameVector slopes) const {
+    for (int f = 0; f < terms_.frames.count; ++f) {
+        const Device& device = wire.devices[terms_.frames.device[f]];
+        slopes[f] -= device.windup_stiffness * device.windup;
+    }
+    return slopes;
+}
+
+/// The same for these slopes, with springs: each shaft that winds up as a whole; the others stand still.
 void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, double mu, RiccatiReport* report) {
     trial_.turns_at_base = {};
     std::array<int, most_devices> free = {};
@@ -185,7 +194,7 @@ void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, doubl
         const Device& device = wire.devices[terms_.frames.device[free[a]]];
         for (int b = 0; b < count; ++b) curve(a, b) = base_curve_[free[a]][free[b]];
         curve(a, a) += device.windup_stiffness;
-        slope[a] = slopes[free[a]] - device.windup_stiffness * device.windup;
+        slope[a] = slopes[free[a]];
         shaped = std::max(shaped, shaped_length(device.spec));
     }
     const double weight = mu * shaped * twist_arm * twist_arm;
@@ -242,20 +251,18 @@ void NewtonModel::set_axial_forces(const Chain& wire) {
 void NewtonModel::answer(const Chain& wire, std::span<const FedStage> fed, double mu) {
     assert(answers_ && mu >= 0);
     answers_ = mu == 0;
-    solve_base(wire,
-               riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, gains_,
-                              terms_.framed(1, frame_gains_), fed),
-               mu, nullptr);
+    const FrameVector slopes = riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot,
+                                              gains_, terms_.framed(1, frame_gains_), fed);
+    solve_base(wire, with_springs(wire, slopes), mu, nullptr);
 }
 
 void NewtonModel::answer_again(const Chain& wire, std::span<const FedStage> fed) {
     assert(stages() == wire.segments() && terms_.first >= 1);
     answers_ = false;
     set_axial_forces(wire);
-    solve_base(wire,
-               riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, gains_,
-                              terms_.framed(1, frame_gains_), fed),
-               0, nullptr);
+    const FrameVector slopes = riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, gains_,
+                                              terms_.framed(1, frame_gains_), fed);
+    solve_base(wire, with_springs(wire, slopes), 0, nullptr);
 }
 
 double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
@@ -342,32 +349,6 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     if (!std::isfinite(sizes + trial_.slope + farthest)) return std::numeric_limits<double>::infinity();
     assert(std::abs(trial_.tangents[n].squaredNorm() - 1) < 1e-9);
     return std::sqrt(farthest);
-}
-
-std::vector<double> NewtonModel::parts_along(const Chain& wire, const Vec3& direction) const {
-    assert(terms_.first == 1 && mu_ == 0);
-    // The Hessian is symmetric: its answer to a force on the tip weighs every gradient.
-    constexpr double force = 1e-9;  // so small that the answer is straight [N]
-    NewtonModel answer = *this;
-    for (RiccatiStage& s : answer.terms_.stages) {
-        s.slope.setZero(), s.slope_prev.setZero(), s.force.setZero();
-        if (!s.touches) s.stiffness.setZero();
-    }
-    for (FrameStage& s : answer.terms_.frame_stages) s.slope = s.twist_slope = s.grip_slope = 0;
-    answer.terms_.stages.back().touches = true;
-    answer.terms_.stages.back().force = force * direction;
-    FrameVector slopes = riccati_answer(answer.terms_.stages, 0, 0, false, least_pivot, answer.gains_,
-                                        answer.terms_.framed(1, answer.frame_gains_), {});
-    for (int f = 0; f < terms_.frames.count; ++f) {
-        const Device& device = wire.devices[terms_.frames.device[f]];
-        slopes[f] += device.windup_stiffness * device.windup;
-    }
-    answer.solve_base(wire, slopes, 0, nullptr);
-    std::vector<double> parts(wire.joints.size(), 0.0);
-    if (!std::isfinite(answer.roll_out(wire))) return parts;
-    for (std::size_t j = 1; j < parts.size(); ++j)
-        parts[j] = terms_.gradient[j - 1].dot(answer.trial_.turns[j]) / force;
-    return parts;
 }
 
 double NewtonModel::largest_turn() const {

@@ -3,6 +3,7 @@
 /// rollout of its minimum.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "physics/relax/contact_set.h"
@@ -87,6 +88,13 @@ public:
     /// this direction [mm]; [0] unused. Of a model that was made by linearise() over the whole chain at μ =
     /// 0.
     std::vector<double> parts_along(const Chain&, const Vec3& direction) const;
+    /// [j] = how far joint j of a chain at rest moves, to first order, where the chain becomes `changed`, of
+    /// the same joints and with these contacts [mm]. Of a model of the chain at rest, made as above. Empty
+    /// where the answer is not finite.
+    std::optional<std::vector<Vec3>> moved_by(const Chain& rest, const Chain& changed,
+                                              const ContactSet&) const;
+    /// The same where the wall at each joint, with its grip, has moved by so much [mm].
+    std::optional<std::vector<Vec3>> moved_with(const Chain& rest, std::span<const Vec3> walls) const;
     /// Of each joint, as the model has its contact.
     std::span<const ContactPlane> planes() const { return planes_; }
     /// Takes each contact's force at the trial state from the model.
@@ -119,6 +127,10 @@ private:
     void take_grips(const Chain&, int first, const Terms&);
     GripTerms trial_grip(const Grip&, const Vec3& joint, int j) const;
     void turn_base(const Chain&, double mu, RiccatiReport&);
+    FrameVector with_springs(const Chain&, FrameVector slopes) const;
+    void forget_gradient();
+    double answer_in_small(const Chain&, FrameVector springs);
+    std::optional<std::vector<Vec3>> moves_in_small(const Chain&, const FrameVector& springs);
     void solve_base(const Chain&, const FrameVector& slope, double mu, RiccatiReport*);
     void turn_devices(Chain&) const;
     void size_for(const Chain&);

@@ -41,6 +41,11 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     EXPECT_FALSE(all[1]["reached"].get<bool>());
     EXPECT_GT(all[0]["sensitivities"].size(), 4u);
     EXPECT_TRUE(all[0]["air_kerma_mGy"].is_number());
+    for (const char* known : {"tip_error_mm", "tip_error_wall_mm", "wall_error_mm"})
+        EXPECT_TRUE(all[0][known].is_number()) << known << ": " << all[0][known];
+    // Its shaft winds up and its vessels make way, or there is a figure of what that leaves out.
+    for (const char* maybe : {"tip_error_vessels_mm", "tip_error_twist_mm"})
+        EXPECT_TRUE(all[0].contains(maybe)) << maybe;
     // Run elsewhere, by its files alone.
     const Outcome ran = test::run(folder, joined({"run", "plan/best.toml", "--commands", "plan/best.gw",
                                                   "--out", "ran", "--frames", "none"},
@@ -63,7 +68,8 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     const std::string page = read(folder / "plan/plan.html");
     for (const char* said :
          {"1 of 2 sets of devices reach", "Where the others fail", "What makes the way hard",
-          "What the best course depends on", "How sure", "known to", "What was not tried", "from the left"})
+          "What the best course depends on", "How sure", "place of the wall's field", "rigid shafts",
+          "What was not tried", "from the left"})
         test::expect_said(page, said);
     for (const char* number : {"nan&nbsp;", "inf&nbsp;", ">nan", ">inf"})
         EXPECT_EQ(page.find(number), std::string::npos);

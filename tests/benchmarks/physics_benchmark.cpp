@@ -11,6 +11,7 @@
 #include "physics/relax/discretisation_error.h"
 #include "physics/relax/newton_terms.h"
 #include "physics/relax/relaxer.h"
+#include "physics/relax/response.h"
 #include "physics/wall/mesh_wall.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
@@ -143,6 +144,21 @@ void global_tip_error(benchmark::State& state) {
     state.SetLabel(tubes[state.range(0)]);
 }
 BENCHMARK(global_tip_error)->DenseRange(0, 3)->Unit(benchmark::kMicrosecond);
+
+/// The same of its response, with one answer and with five.
+void global_tip_response(benchmark::State& state) {
+    auto [wall, wire] = scene_setup(tubes[state.range(0)]);
+    global_relaxer(wall)->relax(wire, unlimited);
+    double mm = 0;
+    for (auto _ : state) {
+        const physics::Response response(wall, wire);
+        for (int k = 0; k < state.range(1); ++k) mm = response.to_rigidity(0, 0.05)->tip().norm();
+        benchmark::DoNotOptimize(mm);
+    }
+    state.counters["mm"] = mm;
+    state.SetLabel(tubes[state.range(0)]);
+}
+BENCHMARK(global_tip_response)->ArgsProduct({{0, 1, 2, 3}, {1, 5}})->Unit(benchmark::kMicrosecond);
 
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());

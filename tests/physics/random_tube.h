@@ -32,7 +32,7 @@ public:
         }
         const double most = anatomy::length(path);
         path.push_back(anatomy::Run{60});
-        const double radius = 1.2 * std::pow(5, random());
+        radius = 1.2 * std::pow(5, random());
         studies::PlainWire wire;
         wire.diameter = 0.6;
         wire.shaft_rigidity = 20 * std::pow(20, random());
@@ -48,8 +48,9 @@ public:
         wire.segment_length = lambda / finer;
         const double per_length = std::pow(5, random()), turn = random.between(0, 2 * M_PI);
         const double last = random.between(20, most), part = random();
-        wall = std::make_unique<physics::TubeWall>(anatomy::draw(path), radius,
-                                                   per_length * wire.segment_length, 0.5 * wire.diameter);
+        stiffness = per_length * wire.segment_length;
+        wire_radius = 0.5 * wire.diameter;
+        wall = std::make_unique<physics::TubeWall>(anatomy::draw(path), radius, stiffness, wire_radius);
         const double start = std::max(20.0, wire.curved_length + 4 * lambda);
         const int segments = static_cast<int>(start / lambda) * static_cast<int>(std::lround(finer));
         chain = physics::wire_along(wire.device(), wire.grid(), wall->centreline(), segments);
@@ -71,6 +72,7 @@ public:
         ++pushes;
     }
 
+    double radius = 0, stiffness = 0, wire_radius = 0;  // [mm], [N/mm], [mm]
     std::unique_ptr<physics::TubeWall> wall;
     std::unique_ptr<physics::Hub> hub;
     physics::Chain chain;

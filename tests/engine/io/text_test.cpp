@@ -13,6 +13,18 @@ TEST(Text, NumbersReadBackToTheSameBits) {
     EXPECT_EQ(number_text(30.0), "30");
 }
 
+TEST(Text, RoundedNumbersHaveNoExponent) {
+    EXPECT_EQ(rounded_text(246.3), "250");
+    EXPECT_EQ(rounded_text(2794), "2800");
+    EXPECT_EQ(rounded_text(9.96), "10");
+    EXPECT_EQ(rounded_text(0.996), "1.0");
+    EXPECT_EQ(rounded_text(-1.949), "-1.9");
+    EXPECT_EQ(rounded_text(0.000423), "0.00042");
+    EXPECT_EQ(rounded_text(1e-14), "0");
+    EXPECT_EQ(rounded_text(0), "0");
+    EXPECT_EQ(rounded_text(123.456, 4), "123.5");
+}
+
 TEST(Text, OnlyAWholeWordIsANumber) {
     EXPECT_FALSE(parse_number("5mm"));
     EXPECT_FALSE(parse_number(""));

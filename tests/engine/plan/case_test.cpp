@@ -103,11 +103,12 @@ TEST(PlanFile, WhatWasPlannedIsReadAsItWasWrittenAndDamagedFilesAreRefused) {
     one.reached = true;
     one.course = "0 beam on\n";
     one.hands = 10, one.hands_reach = 9, one.played = 5, one.played_reach = 4;
-    one.peak_force = 0.123456789, one.turns = 2, one.air_kerma = 1.5, one.wall_error = 0.02;
+    one.peak_force = 0.123456789, one.turns = 2, one.air_kerma = 1.5,
+    one.model_errors = {0.01, 0.02, {}, 0.3};
     one.left_out = {"the shaft turns at once"};
     one.moments = {{0.1, 20, 0.01, 0.2, {1, 2, 3}}};
     one.failures = {{Ending::Wedges, script::DeviceRole::Catheter, "LRA", 12.5, 30, 7}};
-    one.sensitivities = {{"EI of the wire", 5, "%", 0.25, 0.01, 2, 0.2}};
+    one.sensitivities = {{"EI of the wire", 5, "%", 0.25, 0.01, 2, 0.2, 0.003}};
     const std::string text = to_json(one);
     EXPECT_EQ(to_json(planned_from(text, "a.json")), text);
     EXPECT_EQ(planned_from(text, "a.json").success(), 13.0 / 15);

@@ -108,6 +108,13 @@ TEST(ModelChoice, SaysWhatIsLeftOut) {
     EXPECT_EQ(need.left_out(physics::Torsion::Segments), 0);
     EXPECT_LE(need.at_tip(100), 2 * 3 + 1e-9) << "no farther than the lumen is wide";
     test::expect_said(torsion_sentence(need, physics::Torsion::Whole), "are left out");
+    TorsionNeed wide = need;
+    wide.winds_up = 250.4 * geometry::degree, wide.held_back = 0;
+    test::expect_said(torsion_sentence(wide, physics::Torsion::Rigid), "up to 250 degrees are left out");
+    // Of what there is now, by a torque of 1 N mm at the hub.
+    const TorsionNeed now = torsion_need(wire, {400, 100, -1, 0.2}, demand_of(bend));
+    EXPECT_NEAR(now.winds_up_now, now.give, 1e-12);
+    EXPECT_LE(now.winds_up_now, now.winds_up);
     EXPECT_EQ(torsion_sentence(need, physics::Torsion::Segments).find("left out"), std::string::npos);
 }
 
