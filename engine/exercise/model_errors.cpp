@@ -4,8 +4,6 @@
 
 namespace exercise {
 
-using geometry::Vec3;
-
 std::optional<physics::Response> response_of(const Simulation& simulation, physics::Grips grips) {
     const Readings& now = simulation.readings();
     if (!now.at_rest || !now.strict_minimum || now.motion.settling) return {};
@@ -35,10 +33,10 @@ ModelErrors model_errors(const Simulation& simulation) {
     const physics::NarrowedWall& wall = simulation.wall();
     // In closed form the mesh is what is only nearly the wall; a narrowed lumen is another one.
     if (simulation.scenario().wall_model == scenario::WallModel::DistanceField && wall.narrowings().empty()) {
-        const std::vector<Vec3> off = response->off(geometry::MeshQuery(simulation.anatomy().lumen));
-        errors.wall_off = 0;
-        for (const Vec3& by : off) errors.wall_off = std::max(*errors.wall_off, by.norm());
-        if (const auto moved = response->to_moved_wall(off)) errors.wall = moved->tip().norm();
+        const physics::Response::OtherWall mesh =
+            response->to_mesh(geometry::MeshQuery(simulation.anatomy().lumen));
+        errors.wall_off = mesh.most_off;
+        if (mesh.moved) errors.wall = mesh.moved->tip().norm();
     }
     if (wall.foundation() && simulation.wire().vessels_stay)
         if (const auto moved = response->to_vessels(*wall.foundation())) errors.vessels = moved->tip().norm();

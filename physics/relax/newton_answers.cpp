@@ -90,6 +90,16 @@ std::optional<std::vector<Vec3>> NewtonModel::moved_with(const Chain& rest,
     return now.moves_in_small(rest, {});
 }
 
+std::optional<std::vector<Vec3>> NewtonModel::pushed_by(const Chain& rest,
+                                                        std::span<const Vec3> gradients) const {
+    assert(gradients.size() == rest.joints.size());
+    NewtonModel now = *this;
+    now.forget_gradient();
+    for (std::size_t j = 0; j < now.terms_.stages.size(); ++j)
+        if (now.terms_.stages[j].touches) now.terms_.stages[j].force = gradients[j + 1];
+    return now.moves_in_small(rest, {});
+}
+
 std::vector<double> NewtonModel::parts_along(const Chain& wire, const Vec3& direction) const {
     // The Hessian is symmetric: its answer to a force on the tip weighs every gradient.
     NewtonModel answer = *this;

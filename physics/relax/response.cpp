@@ -121,20 +121,35 @@ std::optional<Moved> Response::to_moved_wall(std::span<const Vec3> by) const {
     return moved;
 }
 
-std::vector<Vec3> Response::off(const geometry::MeshQuery& mesh) const {
-    std::vector<Vec3> off(rest_.joints.size(), Vec3::Zero());
-    if (!exists_) return off;
-    for (std::size_t j = 1; j < off.size(); ++j) {
+Response::OtherWall Response::to_mesh(const geometry::MeshQuery& mesh) const {
+    OtherWall other;
+    if (!exists_) return other;
+    constexpr double step = 0.02;  // of differences, which smooth the mesh's edges [mm]
+    std::vector<Vec3> gradients(rest_.joints.size(), Vec3::Zero());
+    std::vector<double> forces(gradients.size(), 0.0);
+    std::vector<Vec3> normals(gradients.size(), Vec3::Zero());
+    for (std::size_t j = 1; j < gradients.size(); ++j) {
         const WallContact& contact = contacts()[j];
         if (!contact.touches()) continue;
         // Where the joint is in its vessel, as that was before it made way.
-        const double distance = mesh.distance(rest_.joints[j] - contact.given);
+        const Vec3 place = rest_.joints[j] - contact.given;
+        const double distance = mesh.distance(place), radius = rest_.inner_radius() + contact.thickness;
         if (distance > contact.clearance + 2 * rest_.inner_radius()) continue;
-        const double radius = rest_.inner_radius() + contact.thickness;
-        const double deeper = contact.pressed_in() - (radius - distance);
-        off[j] = deeper / contact.normal.squaredNorm() * contact.normal;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 aside = step * Vec3::Unit(k);
+            normals[j][k] = (mesh.distance(place - aside) - mesh.distance(place + aside)) / (2 * step);
+        }
+        const double deep = std::max(0.0, radius - distance);
+        other.most_off = std::max(other.most_off, std::abs(contact.pressed_in() - (radius - distance)));
+        forces[j] = contact.stiffness * deep - contact.force();
+        gradients[j] = contact.stiffness * deep * normals[j] - contact.force() * contact.normal;
     }
-    return off;
+    auto joints = model_.pushed_by(rest_, gradients);
+    if (!joints) return other;
+    other.moved = Moved{std::move(*joints), std::move(forces)};
+    for (std::size_t j = 1; j < gradients.size(); ++j)
+        other.moved->forces[j] += grown(contacts()[j], other.moved->joints[j]);
+    return other;
 }
 
 /// Each joint's vessel by these forces on all of them [mm].

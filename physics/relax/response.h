@@ -61,9 +61,13 @@ public:
     /// counts nothing [mm].
     std::optional<Moved> to_moved_wall(std::span<const Vec3> by) const;
 
-    /// How far the wall of this mesh is outside the chain's own at each joint that touches; past an open end
-    /// there is no mesh [mm].
-    std::vector<Vec3> off(const geometry::MeshQuery&) const;
+    /// Where this mesh is the wall of what touches; past an open end there is none. How far it is from the
+    /// chain's own wall counts at each joint, and how much it is turned against that.
+    struct OtherWall {
+        double most_off = 0;  // at a joint that touches [mm]
+        std::optional<Moved> moved;
+    };
+    OtherWall to_mesh(const geometry::MeshQuery&) const;
     /// Vessels that stay give way as the foundation has them, to forces that are then less: of the
     /// displacements in proportion to those by the forces of now, the one that agrees with its own forces in
     /// the mean.

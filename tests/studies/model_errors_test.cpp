@@ -106,7 +106,7 @@ TEST(ModelErrorsStudy, TheWallsFieldAgainstOneOfHalfTheSpacing) {
         coarse.keep(coarse.hub.move(coarse.chain, {s.segment_length, 0}, unlimited_work));
         if (push % 5 != 0 || !coarse.at_rest) continue;
         const physics::Response response(*coarse.wall, coarse.chain, physics::Grips::Slide);
-        const auto moved = response.exists() ? response.to_moved_wall(response.off(mesh)) : std::nullopt;
+        const auto moved = response.to_mesh(mesh).moved;
         physics::Chain again = coarse.chain;
         physics::GlobalRelaxer(s.relaxer, *fine).relax(again, {unlimited_work, 0, 0});
         ratios.add((again.tip() - coarse.chain.tip()).norm(),
