@@ -555,8 +555,8 @@ void Simulation::keep_tip_error(StepReport& report) {
     physics::ErrorRefinement refinement(*wall_, {.tolerance = *scenario_.tip_error});
     while (hub_is_idle() && rounds_of_refining_ < rounds_of_refining && may_begin(report)) {
         if (!hub_->last_report().strict_minimum()) return;
-        ++rounds_of_refining_;
-        const physics::ErrorRefinementRound round = refinement.round(moving_, contacts_);
+        const bool first = rounds_of_refining_++ == 0;
+        const physics::ErrorRefinementRound round = refinement.round(moving_, contacts_, first);
         report.relax.updates += round.updates;
         if (!round.changed()) {
             rounds_of_refining_ = rounds_of_refining;

@@ -19,7 +19,7 @@ constexpr double shortest = 1.0 / 32;
 /// The wall is corrected at the place that the step leads to until the tip moves by no more than this part of
 /// the estimate: one after another of the finer chain's joints comes to bear a part of what the last one did.
 constexpr int most_corrections = 6;
-constexpr double settled = 0.1;
+constexpr double settled = 0.01;
 /// Segments that stay whole: farther from the tip than this, free, and bent at both ends by less than the
 /// least of this angle [rad] and a part of the largest bend.
 constexpr int near_tip = 12;

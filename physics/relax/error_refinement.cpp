@@ -55,7 +55,7 @@ std::vector<Pair> pairs_of(const Chain& chain, const std::vector<double>& parts)
         if (std::abs(both - 2 * length) > rounded * chain.grid.segment_length ||
             std::abs(before - std::round(before)) > rounded * chain.grid.segment_length / both)
             continue;
-        pairs.push_back({j, grows * std::abs(parts[j] + parts[j + 1])});
+        pairs.push_back({j, grows * (std::abs(parts[j]) + std::abs(parts[j + 1]))});
     }
     return pairs;
 }
@@ -109,7 +109,8 @@ int ErrorRefinement::merge(Chain& chain, std::span<const WallContact> contacts,
     return count;
 }
 
-ErrorRefinementRound ErrorRefinement::round(Chain& chain, std::span<const WallContact> contacts) {
+ErrorRefinementRound ErrorRefinement::round(Chain& chain, std::span<const WallContact> contacts,
+                                            bool may_merge) {
     assert(options_.tolerance > 0 && options_.least_piece > 0 && options_.least_tip > 0);
     ErrorRefinementRound made;
     const auto error = estimator_.of(chain, contacts, true);
@@ -118,7 +119,7 @@ ErrorRefinementRound ErrorRefinement::round(Chain& chain, std::span<const WallCo
     made.tip = error->tip;
     if (error->tip > options_.tolerance)
         made.split = split(chain, contacts, error->segments);
-    else
+    else if (may_merge)
         made.merged = merge(chain, contacts, error->segments,
                             options_.part_of_slack * (options_.tolerance - error->tip));
     assert(validate(chain).empty());

@@ -35,7 +35,8 @@ public:
     /// segment of a tip that touches is halved towards its end, and after that all pieces of each λ that
     /// causes more than a part of what the worst does; within it, pairs of pieces are merged that cost least.
     /// Where something has changed, bring the chain to rest and ask again: until then its error is not known.
-    ErrorRefinementRound round(Chain&, std::span<const WallContact>);
+    /// After the first round at a rest, only split: what a merge has cost too much is split again.
+    ErrorRefinementRound round(Chain&, std::span<const WallContact>, bool may_merge = true);
 
 private:
     int split(Chain&, std::span<const WallContact>, const std::vector<double>& parts) const;
