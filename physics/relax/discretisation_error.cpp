@@ -16,8 +16,9 @@ constexpr int halves = 2, finest = 8, finest_at_tip = 2;
 constexpr int halvings_of_tip = 2;
 /// None is shorter than this part of λ, but for halves.
 constexpr double shortest = 1.0 / 32;
-/// The wall is corrected at the place that the step leads to until the tip moves by no more than this part of
-/// the estimate: one after another of the finer chain's joints comes to bear a part of what the last one did.
+/// The wall is corrected once at the place that the step leads to, and for an end that presses until the tip
+/// moves by no more than this part of the estimate: one after another of the finer chain's joints comes to
+/// bear a part of what the last one did.
 constexpr int most_corrections = 6;
 constexpr double settled = 0.01;
 /// Segments that stay whole: farther from the tip than this, free, and bent at both ends by less than the
@@ -35,6 +36,11 @@ constexpr double least_pivot_fraction = 1e-6;
 bool bent_at_rest(const Chain& chain, int joint) {
     return std::any_of(chain.devices.begin(), chain.devices.end(),
                        [&](const Device& device) { return device.rest[joint].angle != 0; });
+}
+
+/// A vessel that gives way takes up what the end presses on it.
+bool end_presses(std::span<const WallContact> contacts) {
+    return contacts.back().touches() && contacts.back().give == 0;
 }
 
 /// du/ds at a joint; at the end that of the joint before where a device is bent at rest there, else none.
@@ -67,9 +73,7 @@ void ErrorEstimator::cut(const Chain& chain, std::span<const WallContact> contac
         else if (i <= n - near_tip && !touches(i) && std::max(bend(i - 1), bend(i)) < bent)
             parts_[i] = 1;
     }
-    // A vessel that gives way takes up what the end presses on it.
-    const bool end_presses = touches(n) && contacts[n].give == 0;
-    if (end_presses)
+    if (end_presses(contacts))
         for (int i = std::max(1, n - finest_at_tip + 1); i <= n; ++i) parts_[i] = finest;
     const double least = shortest * chain.grid.segment_length * (1 - 1e-6);
     for (int i = 1; i <= n; ++i)
@@ -77,7 +81,7 @@ void ErrorEstimator::cut(const Chain& chain, std::span<const WallContact> contac
     place_.assign(1, 1.0);
     for (int i = 1; i <= n; ++i)
         for (int q = 1; q <= parts_[i]; ++q) place_.push_back(static_cast<double>(q) / parts_[i]);
-    if (end_presses) {
+    if (end_presses(contacts)) {
         double piece = 1.0 / parts_[n];
         place_.pop_back();
         for (int k = 0; k < halvings_of_tip && chain.lengths[n] * piece > 2 * least; ++k) {
@@ -224,7 +228,8 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
     DiscretisationError error;
     if (!std::isfinite(model_.roll_out(fine_))) return {};
     if (by_segment) error.segments = parts_of(chain);
-    for (int made = 0; made < most_corrections; ++made) {
+    const int corrections = end_presses(contacts) ? most_corrections : 1;
+    for (int made = 0; made < corrections; ++made) {
         const Vec3 before = model_.trial_tip();
         model_.ask_trial(contacts_);
         model_.take_trial_contacts(fine_, contacts_);
