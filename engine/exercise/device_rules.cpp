@@ -46,7 +46,10 @@ physics::Chain chain_of(const scenario::Scenario& s, std::span<const scenario::P
         device.roll = was.angle_at(before->segments());
         device.windup = was.wound_up();
     }
-    physics::Chain chain = physics::chain_along(std::move(placed), {s.segment_length}, path);
+    physics::Grid grid{s.segment_length};
+    // The tip's pieces go with it.
+    if (s.tip_error) grid.tip_segments = 1;
+    physics::Chain chain = physics::chain_along(std::move(placed), grid, path);
     if (before) {
         chain.tangents[0] = before->tangents[0];
         chain.base_director = before->base_director;

@@ -135,6 +135,7 @@ std::uint64_t Exercise::fingerprint() const {
          s.relaxer.tolerance, s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold,
          triangles, images);
     if (s.wall_variation) hash(*s.wall_variation);
+    if (s.tip_error) hash(*s.tip_error);
     hash(s.tissue, s.injury);
     return hash.value();
 }

@@ -11,6 +11,7 @@
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
+#include "physics/relax/error_refinement.h"
 #include "physics/wall/astray.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
@@ -30,6 +31,9 @@ constexpr double probable_work = 3;
 constexpr double parts_in_mean = 8;  // about a frame's, so that it follows the devices' change of place
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
+/// Splits and merges after one motion: a tip that has come to touch is graded, and what it rests on
+/// quartered.
+constexpr int rounds_of_refining = 6;
 /// The shaft outside has bowed visibly where less of what a hand feeds goes in.
 constexpr double hardly = 0.5;
 constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
@@ -158,6 +162,7 @@ void Simulation::make_relaxers() {
 void Simulation::lay(const geometry::Polyline& path, const physics::Chain* before) {
     make_relaxers();
     deepest_crossing_ = usual_work_ = part_work_ = 0;
+    rounds_of_refining_ = 0;
     push_before_ = 0;
     drags_ = {};
     outside_.reset(devices_, scenario_.hand_distance);
@@ -394,6 +399,7 @@ void Simulation::move_hub(StepReport& report) {
     // A crossing that there was no work left for is mended now.
     const bool waits = deepest_crossing_ > 0 && rounds_of_mending_ < rounds_of_mending;
     if (contacts_.empty() || (waits && hub_is_idle())) mend_crossings(report);
+    if (scenario_.tip_error) keep_tip_error(report);
     report.deepest_crossing = deepest_crossing_;
     report.settling = hub_->working();
 }
@@ -401,13 +407,14 @@ void Simulation::move_hub(StepReport& report) {
 /// Makes segments whole again that were split at a crossing, where they are clear of the wall again, and
 /// splits those that come near an edge of it.
 void Simulation::prepare_motion(StepReport& report) {
-    int changed = physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
+    // Of a chain that keeps an error of its tip, pieces are merged at rest.
+    int changed = scenario_.tip_error ? 0 : physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
     if (scenario_.adaptive) {
         const physics::RefinementReport made = physics::refine(moving_, *wall_, scenario_.refinement);
         changed += made.split + made.merged;
     }
     if (wall_->smooth()) changed += physics::split_before_edges(moving_, *wall_);
-    rounds_of_mending_ = 0;
+    rounds_of_mending_ = rounds_of_refining_ = 0;
     if (changed > 0) account(hub_->settle(moving_, updates_left(report)), report);
 }
 
@@ -542,6 +549,26 @@ void Simulation::mend_crossings(StepReport& report) {
     }
 }
 
+/// Splits and merges segments of the wire that goes on by the estimate for the one shown, until its tip is as
+/// near as stated. An estimate counts as the passes that it makes.
+void Simulation::keep_tip_error(StepReport& report) {
+    physics::ErrorRefinement refinement(*wall_, {.tolerance = *scenario_.tip_error});
+    while (hub_is_idle() && rounds_of_refining_ < rounds_of_refining && may_begin(report)) {
+        if (!hub_->last_report().strict_minimum()) return;
+        const bool first = rounds_of_refining_++ == 0;
+        const physics::ErrorRefinementRound round = refinement.round(moving_, contacts_, first);
+        report.relax.updates += round.updates;
+        if (!round.changed()) {
+            rounds_of_refining_ = rounds_of_refining;
+            return;
+        }
+        account(hub_->settle(moving_, updates_left(report)), report);
+        if (hub_->working()) return;
+        show_rest(report);
+        mend_crossings(report);
+    }
+}
+
 void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
@@ -550,6 +577,7 @@ void Simulation::state(geometry::StateStream& s) {
       injuries_, model_changes_);
     s.unless_empty(pinned_otherwise_);
     s.unless_empty(flushed_);
+    s.unless_zero(rounds_of_refining_);
     complications_.state(s);
     s.beside(readings_);
     treatment_.state(s);

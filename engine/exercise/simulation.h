@@ -138,8 +138,9 @@ public:
     /// asked for. Where the budget ends on the way to rest, as in a snap, the wire shown stays at its last
     /// rest until it has arrived: what is shown and scored is always an equilibrium. A segment at rest that
     /// crosses the wall between its joints, as at a carina, gets a joint there and is relaxed again; before a
-    /// later motion it is made whole where it no longer crosses. Segment relaxers end where the budget
-    /// does and keep their crossings.
+    /// later motion it is made whole where it no longer crosses. With a stated error of the tip segments are
+    /// split and merged at rest by its estimate, as far as the budget goes. Segment relaxers end where the
+    /// budget does and keep their crossings.
     StepReport step();
     /// Restores everything as after construction, bit for bit; after retune(), with what that changed.
     void reset();
@@ -327,6 +328,7 @@ private:
     void place_devices();
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
+    void keep_tip_error(StepReport&);
     void show();
     bool is_lost() const;
     void show_rest(StepReport&);
@@ -389,6 +391,7 @@ private:
     std::vector<Motion> waiting_;
     double deepest_crossing_ = 0;  // of the wire shown [mm]
     int rounds_of_mending_ = 0;    // since the last motion
+    int rounds_of_refining_ = 0;   // the same of segments that keep a stated error of the tip
     double usual_work_ = 0;        // of a motion's part, a mean of the last ones [updates]
     int part_work_ = 0;            // of the part under way [updates]
     physics::DragSearch drags_;    // for what no hand holds

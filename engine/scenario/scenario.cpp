@@ -134,6 +134,15 @@ std::vector<std::string> problems(const Scenario& s) {
         say("tissue",
             "[tissue] moves vessels, which only the relaxer \"global\" knows; expected [tissue] rigid = true "
             "with another one");
+    if (s.tip_error && s.relaxer.kind != physics::RelaxerKind::Global)
+        say("chain.tip_error_mm",
+            "only the relaxer \"global\" knows how far its tip is from that of infinitely short segments; "
+            "expected tip_error_mm with [relaxer] kind = \"global\"");
+    if (s.tip_error && s.adaptive)
+        say("chain.tip_error_mm",
+            "expected either adaptive = true, segments by the curve, or tip_error_mm, by the tip's error");
+    if (s.tip_error && !(std::isfinite(*s.tip_error) && *s.tip_error > 0))
+        say("chain.tip_error_mm", "expected an error of the tip above 0 mm");
     if (s.wall_model == WallModel::Analytic && !s.tube) {
         say("wall.model", "an anatomy has no analytic wall; expected auto, distance-field, mesh");
     }

@@ -213,6 +213,7 @@ struct Scenario {
     double segment_length = 2;           // λ of the chain of devices [mm]
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
+    std::optional<double> tip_error;     // segments keep it, by its estimate; empty = λ [mm]
     TorsionModel torsion = TorsionModel::Auto;
     physics::RefinementOptions refinement;
     double wall_stiffness = 5;                             // k of each joint of λ [N/mm]

@@ -218,6 +218,7 @@ void read_chain(io::Section chain, Scenario& s) {
     }
     chain.flag("adaptive", s.adaptive);
     chain.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
+    chain.number("tip_error_mm", s.tip_error, {0.001, 5});
     constexpr std::string_view torsions[] = {"auto", "rigid", "compliant", "segments"};
     if (const auto torsion = chain.choice("torsion", torsions))
         s.torsion = static_cast<TorsionModel>(*torsion);

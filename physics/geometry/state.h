@@ -61,6 +61,11 @@ public:
     void unless_empty(std::vector<T>& items) {
         if (!hashes() || !items.empty()) field(items);
     }
+    /// The same of a number that is no part of the hash while it is 0.
+    template <class T>
+    void unless_zero(T& number) {
+        if (!hashes() || number != T{}) field(number);
+    }
     /// Whether fields are read back.
     virtual bool restores() const { return false; }
 

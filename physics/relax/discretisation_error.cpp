@@ -11,6 +11,16 @@ namespace {
 /// is as stiff as the chain that lies in it is long, so that an end, and a contact that one joint bears,
 /// sinks in by more the less of the chain its joint stands for: halves show only a small part of it.
 constexpr int halves = 2, finest = 8, finest_at_tip = 2;
+/// The last piece of a tip that touches is halved so often, each time the distal half: an end that presses at
+/// an angle goes on to sink in until pieces are as short as what lies in the wall.
+constexpr int halvings_of_tip = 2;
+/// None is shorter than this part of λ, but for halves.
+constexpr double shortest = 1.0 / 32;
+/// The wall is corrected once at the place that the step leads to, and for an end that presses until the tip
+/// moves by no more than this part of the estimate: one after another of the finer chain's joints comes to
+/// bear a part of what the last one did.
+constexpr int most_corrections = 6;
+constexpr double settled = 0.01;
 /// Segments that stay whole: farther from the tip than this, free, and bent at both ends by less than the
 /// least of this angle [rad] and a part of the largest bend.
 constexpr int near_tip = 12;
@@ -26,6 +36,11 @@ constexpr double least_pivot_fraction = 1e-6;
 bool bent_at_rest(const Chain& chain, int joint) {
     return std::any_of(chain.devices.begin(), chain.devices.end(),
                        [&](const Device& device) { return device.rest[joint].angle != 0; });
+}
+
+/// A vessel that gives way takes up what the end presses on it.
+bool end_presses(std::span<const WallContact> contacts) {
+    return contacts.back().touches() && contacts.back().give == 0;
 }
 
 /// du/ds at a joint; at the end that of the joint before where a device is bent at rest there, else none.
@@ -58,11 +73,24 @@ void ErrorEstimator::cut(const Chain& chain, std::span<const WallContact> contac
         else if (i <= n - near_tip && !touches(i) && std::max(bend(i - 1), bend(i)) < bent)
             parts_[i] = 1;
     }
-    // A vessel that gives way takes up what the end presses on it.
-    if (touches(n) && contacts[n].give == 0)
+    if (end_presses(contacts))
         for (int i = std::max(1, n - finest_at_tip + 1); i <= n; ++i) parts_[i] = finest;
-    std::size_t joints = 1;
-    for (int i = 1; i <= n; ++i) joints += parts_[i];
+    const double least = shortest * chain.grid.segment_length * (1 - 1e-6);
+    for (int i = 1; i <= n; ++i)
+        while (parts_[i] > halves && chain.lengths[i] < least * parts_[i]) parts_[i] /= 2;
+    place_.assign(1, 1.0);
+    for (int i = 1; i <= n; ++i)
+        for (int q = 1; q <= parts_[i]; ++q) place_.push_back(static_cast<double>(q) / parts_[i]);
+    if (end_presses(contacts)) {
+        double piece = 1.0 / parts_[n];
+        place_.pop_back();
+        for (int k = 0; k < halvings_of_tip && chain.lengths[n] * piece > 2 * least; ++k) {
+            place_.push_back(1 - (piece *= 0.5));
+            ++parts_[n];
+        }
+        place_.push_back(1.0);
+    }
+    const std::size_t joints = place_.size();
     fine_.grid = {chain.grid.segment_length, EndCells::Half};
     fine_.devices = chain.devices;
     fine_.base_director = chain.base_director;
@@ -89,19 +117,18 @@ void ErrorEstimator::lay(const Chain& chain) {
     Vec3 before = curvature(chain, 0);
     for (int i = 1; i <= chain.segments(); ++i) {
         const Vec3 after = curvature(chain, i), &u = chain.tangents[i];
-        const int parts = parts_[i];
-        const double length = chain.lengths[i] / parts;
-        for (int q = 0; q < parts; ++q) {
-            const double s = (q + 0.5) / parts;
-            Vec3 turn = chain.lengths[i] *
-                        ((s - 0.5) * before +
-                         (0.5 * s * s - 1.0 / 6 + 1.0 / (24.0 * parts * parts)) * (after - before));
+        double from = 0;
+        for (int q = 0; q < parts_[i]; ++q) {
+            const double to = place_[++k];
+            // Of the piece, s − ½ and ½s² − 1/6 in the mean.
+            Vec3 turn = chain.lengths[i] * ((0.5 * (from + to) - 0.5) * before +
+                                            ((from * from + from * to + to * to - 1) / 6) * (after - before));
             turn -= turn.dot(u) * u;
-            ++k;
-            fine_.lengths[k] = length;
+            fine_.lengths[k] = (to - from) * chain.lengths[i];
             fine_.tangents[k] = (u + turn).normalized();
-            fine_.joints[k] = fine_.joints[k - 1] + length * fine_.tangents[k];
-            near_[k] = 2 * (q + 1) < parts ? i - 1 : i;
+            fine_.joints[k] = fine_.joints[k - 1] + fine_.lengths[k] * fine_.tangents[k];
+            near_[k] = 2 * to < 1 ? i - 1 : i;
+            from = to;
             fine_.stations[k] = chain.stations[near_[k]];
         }
         before = after;
@@ -115,7 +142,7 @@ void ErrorEstimator::lay(const Chain& chain) {
         k = 0;
         for (int i = 1; i <= chain.segments(); ++i)
             for (int q = 1; q <= parts_[i]; ++q)
-                fine[++k] = wound[i - 1] + (wound[i] - wound[i - 1]) * q / parts_[i];
+                ++k, fine[k] = wound[i - 1] + (wound[i] - wound[i - 1]) * place_[k];
     }
 }
 
@@ -130,7 +157,7 @@ void ErrorEstimator::place_grips(const Chain& chain) {
         const Grip &a = chain.grips[i - 1], &b = chain.grips[i];
         const double la = chain.length_of(i - 1), lb = chain.length_of(i);
         for (int q = 1; q <= parts_[i]; ++q) {
-            const double s = static_cast<double>(q) / parts_[i], here = fine_.length_of(++k);
+            const double s = place_[++k], here = fine_.length_of(k);
             Grip& grip = fine_.grips[k] = s < 0.5 ? a : b;
             grip.force = here * (a.holds() && b.holds() ? mixed(a.force / la, b.force / lb, s)
                                  : q == parts_[i]       ? b.force / lb
@@ -158,8 +185,7 @@ void ErrorEstimator::share_forces(const Chain& chain, std::span<const WallContac
     for (int i = 1; i <= n; ++i) {
         const double after = contacts[i].force() / chain.length_of(i);
         for (int q = 1; q <= parts_[i]; ++q) {
-            const double s = static_cast<double>(q) / parts_[i];
-            ++k;
+            const double s = place_[++k];
             if (q == parts_[i] || (before > 0 && after > 0))
                 forces_[k] = fine_.length_of(k) * (before + s * (after - before));
         }
@@ -190,6 +216,7 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
     model_.least_pivot = least_pivot_fraction * stiffest;
     model_.slips_on = 0.5;
     model_.start_with(fine_, forces_);
+    passes_ = 1;
     if (model_.linearise(fine_, contacts_, 1, 0).shifted > 0) return {};
     double room = 0;
     for (const WallContact& c : contacts) room = std::max(room, c.clearance);
@@ -201,10 +228,17 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
     DiscretisationError error;
     if (!std::isfinite(model_.roll_out(fine_))) return {};
     if (by_segment) error.segments = parts_of(chain);
-    model_.ask_trial(contacts_);
-    model_.take_trial_contacts(fine_, contacts_);
-    model_.solve(fine_, 0);
-    if (!leads_on()) return {};
+    const int corrections = end_presses(contacts) ? most_corrections : 1;
+    for (int made = 0; made < corrections; ++made) {
+        const Vec3 before = model_.trial_tip();
+        model_.ask_trial(contacts_);
+        model_.take_trial_contacts(fine_, contacts_);
+        model_.solve(fine_, 0);
+        ++passes_;
+        if (!leads_on()) return {};
+        const double moved = (model_.trial_tip() - before).norm();
+        if (moved <= settled * (model_.trial_tip() - chain.tip()).norm() || moved < least_error) break;
+    }
     model_.predict_contact_forces(fine_);
     const double scale = contacts[n].touches() ? left_at_tip : left_by_halves;
     error.tip_moves = scale * (model_.trial_tip() - chain.tip());
@@ -249,7 +283,7 @@ double ErrorEstimator::change_of_force(const Chain& chain, std::span<const WallC
     for (int i = 1; i <= chain.segments(); ++i) {
         double after = 0;
         for (int q = 1; q <= parts_[i]; ++q) {
-            const double s = static_cast<double>(q) / parts_[i], force = model_.planes()[++k].force;
+            const double s = place_[++k], force = model_.planes()[k].force;
             before += (1 - s) * force;
             after += s * force;
         }

@@ -23,10 +23,11 @@ struct DiscretisationError {
     std::vector<double> segments;
 };
 
-/// Cuts the segments in halves, those at which contacts begin or end and those at a tip that touches in
-/// eighths, along a curve through the chain, and takes one step of Newton's method of that finer chain from
-/// there, with its wall corrected once: docs/solver.md derives it. Keeps scratch from call to call, and
-/// nothing else: estimates do not depend on each other. Belongs to one wall, which must outlive it.
+/// Cuts the segments in halves, those at which contacts begin or end in eighths and those at a tip that
+/// touches down to 1/32 of λ, along a curve through the chain, and takes one step of Newton's method of that
+/// finer chain from there, with its wall corrected until the tip stays: docs/solver.md derives it. Keeps
+/// scratch from call to call, and nothing else: estimates do not depend on each other. Belongs to one wall,
+/// which must outlive it.
 class ErrorEstimator {
 public:
     explicit ErrorEstimator(const LumenWall& wall) : contacts_(wall) {}
@@ -36,8 +37,8 @@ public:
     std::optional<DiscretisationError> of(const Chain&, std::span<const WallContact>,
                                           bool by_segment = false);
 
-    /// Of the finer chain of the last estimate.
-    int segments() const { return fine_.segments(); }
+    /// Passes over the finer chain's segments that the last estimate has made.
+    int updates() const { return passes_ * fine_.segments(); }
 
 private:
     void cut(const Chain&, std::span<const WallContact>);
@@ -49,8 +50,10 @@ private:
 
     ContactSet contacts_;
     NewtonModel model_;
+    int passes_ = 0;
     Chain fine_;
     std::vector<int> parts_;      // [i] = pieces of segment i
+    std::vector<double> place_;   // [k] = of joint k of the finer chain in its segment, a fraction of that
     std::vector<int> near_;       // [k] = joint of the chain that is nearest to joint k of the finer one
     std::vector<double> forces_;  // of the wall on the joints of the finer chain [N]
 };

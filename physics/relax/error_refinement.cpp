@@ -3,76 +3,127 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 
-#include "physics/wire/energy.h"
+#include "physics/wire/crossings.h"
 
 namespace physics {
 namespace {
 
-/// Part of the error, without signs, that the segments split in one round cause.
-constexpr double part_of_round = 0.25;
+constexpr double rounded = 1e-6;  // of λ: pieces as long as each other
+/// Two halves have a quarter of their whole's error, which is second order.
+constexpr double grows = 3;
+constexpr int least_merges = 3;
+constexpr double whole_fraction = 0.5;  // of the tolerance of crossings, that a merged segment may use
 
-/// Quarters the worst ones that together cause that part, or halves them where quarters would be too short.
-/// Returns how many joints that makes.
-int split_worst(Chain& chain, const std::vector<double>& signed_parts,
-                const ErrorRefinementOptions& options) {
-    // Those of neighbours cancel where a contact lies between them.
-    std::vector<double> parts(signed_parts.size());
-    const int n = chain.segments();
-    for (int i = 1; i <= n; ++i)
-        parts[i] = 0.25 * (signed_parts[std::max(1, i - 1)] + 2 * signed_parts[i] +
-                           signed_parts[std::min(n, i + 1)]);
+/// [i] = which λ segment i lies in, from 0.
+std::vector<int> cells_of(const Chain& chain) {
+    const std::vector<bool> within = chain.within_segments();
+    std::vector<int> cells(chain.joints.size(), 0);
+    for (int i = 2; i <= chain.segments(); ++i) cells[i] = cells[i - 1] + !within[i - 1];
+    return cells;
+}
 
-    const double least = 2 * options.least_piece * chain.grid.segment_length * (1 - 1e-9);
-    std::vector<int> worst;
-    double left = 0;
-    for (int i = 1; i <= chain.segments(); ++i) {
-        if (chain.lengths[i] < least) continue;
-        left += part_of_round * std::abs(parts[i]);
-        worst.push_back(i);
+/// Absolute parts by λ, each mixed with its neighbours': those cancel where a contact lies between them.
+std::vector<double> parts_of_cells(const std::vector<int>& cells, const std::vector<double>& parts) {
+    assert(cells.size() == parts.size());
+    const int last = cells.back();
+    std::vector<double> sums(last + 1, 0.0), mixed(last + 1);
+    for (std::size_t i = 1; i < parts.size(); ++i) sums[cells[i]] += parts[i];
+    for (int c = 0; c <= last; ++c)
+        mixed[c] = 0.25 * std::abs(sums[std::max(0, c - 1)] + 2 * sums[c] + sums[std::min(last, c + 1)]);
+    return mixed;
+}
+
+/// Two pieces of one λ that a split has made.
+struct Pair {
+    int joint = 0;     // between them
+    double costs = 0;  // what the tip's error grows by without it, at most [mm]
+};
+
+std::vector<Pair> pairs_of(const Chain& chain, const std::vector<double>& parts) {
+    const std::vector<bool> within = chain.within_segments();
+    std::vector<Pair> pairs;
+    double whole = 0, place = 0;  // of the last joint between two λ, and of this one [mm]
+    for (int j = 1; j < chain.segments(); ++j) {
+        place += chain.lengths[j];
+        if (!within[j]) {
+            whole = place;
+            continue;
+        }
+        const double length = chain.lengths[j], both = length + chain.lengths[j + 1];
+        const double before = (place - length - whole) / both;
+        if (std::abs(both - 2 * length) > rounded * chain.grid.segment_length ||
+            std::abs(before - std::round(before)) > rounded * chain.grid.segment_length / both)
+            continue;
+        pairs.push_back({j, grows * (std::abs(parts[j]) + std::abs(parts[j + 1]))});
     }
-    std::ranges::sort(worst, [&](int a, int b) {
-        const double first = std::abs(parts[a]), second = std::abs(parts[b]);
-        return first > second || (first == second && a < b);
-    });
-    std::size_t count = 0;
-    while (count < worst.size() && left > 0) left -= std::abs(parts[worst[count++]]);
-    worst.resize(count);
-    std::ranges::sort(worst, std::greater());
-    const int before = chain.segments();
-    for (const int i : worst) {
-        const bool twice = chain.lengths[i] >= 2 * least;
-        split_segment(chain, i);
-        if (!twice) continue;
-        split_segment(chain, i + 1);
-        split_segment(chain, i);
-    }
-    return chain.segments() - before;
+    return pairs;
 }
 
 }  // namespace
 
-ErrorRefinement refine_to_error(Chain& chain, const LumenWall& wall, GlobalRelaxer& relaxer,
-                                const ErrorRefinementOptions& options) {
-    assert(options.tolerance > 0 && options.least_piece > 0);
-    ErrorRefinement made;
-    ErrorEstimator estimator(wall);
-    for (;; ++made.rounds) {
-        const auto error = estimator.of(chain, all_contacts(chain, wall), true);
-        made.tip = error ? std::optional(error->tip) : std::nullopt;
-        made.updates += 2LL * estimator.segments();
-        if (!error || error->tip <= options.tolerance || made.rounds == options.most_rounds) return made;
-        const int split = split_worst(chain, error->segments, options);
-        if (split == 0) return made;
-        made.split += split;
-        const RelaxReport report = relaxer.relax(chain, {1'000'000, 0, 0});
-        made.updates += report.updates;
-        if (!report.strict_minimum()) {
-            made.at_rest = false;
-            return made;
-        }
+int ErrorRefinement::split(Chain& chain, std::span<const WallContact> contacts,
+                           const std::vector<double>& parts) const {
+    const int before = chain.segments();
+    const double lambda = chain.grid.segment_length,
+                 least_tip = 2 * options_.least_tip * lambda * (1 - rounded);
+    if (contacts.back().touches() && chain.lengths.back() >= least_tip) {
+        while (chain.lengths.back() >= least_tip) split_segment(chain, chain.segments());
+        return chain.segments() - before;
     }
+    const std::vector<int> cells = cells_of(chain);
+    const std::vector<double> of_cells = parts_of_cells(cells, parts);
+    const auto can_be_halved = [&](int i) {
+        return chain.lengths[i] >= 2 * options_.least_piece * lambda * (1 - rounded);
+    };
+    double most = 0;
+    for (int i = 1; i <= before; ++i)
+        if (can_be_halved(i)) most = std::max(most, of_cells[cells[i]]);
+    for (int i = before; i >= 1; --i)
+        if (can_be_halved(i) && of_cells[cells[i]] >= options_.worst_part * most) split_segment(chain, i);
+    return chain.segments() - before;
+}
+
+int ErrorRefinement::merge(Chain& chain, std::span<const WallContact> contacts,
+                           const std::vector<double>& parts, double slack) const {
+    std::vector<Pair> pairs = pairs_of(chain, parts);
+    std::ranges::sort(pairs, [](const Pair& a, const Pair& b) {
+        return a.costs < b.costs || (a.costs == b.costs && a.joint < b.joint);
+    });
+    const auto crosses = [&](int joint) {
+        return crossing_between(wall_, chain.joints[joint - 1], chain.joints[joint + 1], contacts[joint - 1],
+                                contacts[joint + 1], whole_fraction * crossing_tolerance)
+            .has_value();
+    };
+    std::vector<int> joints;
+    for (const Pair& pair : pairs) {
+        if (pair.costs >= slack) break;
+        if (crosses(pair.joint)) continue;
+        slack -= pair.costs;
+        joints.push_back(pair.joint);
+    }
+    const int count = static_cast<int>(joints.size());
+    if (count < std::max<double>(least_merges, options_.least_saving * chain.segments())) return 0;
+    std::ranges::sort(joints, std::greater());
+    for (const int joint : joints) merge_segments(chain, joint);
+    return count;
+}
+
+ErrorRefinementRound ErrorRefinement::round(Chain& chain, std::span<const WallContact> contacts,
+                                            bool may_merge) {
+    assert(options_.tolerance > 0 && options_.least_piece > 0 && options_.least_tip > 0);
+    ErrorRefinementRound made;
+    const auto error = estimator_.of(chain, contacts, true);
+    made.updates = estimator_.updates();
+    if (!error) return made;
+    made.tip = error->tip;
+    if (error->tip > options_.tolerance)
+        made.split = split(chain, contacts, error->segments);
+    else if (may_merge)
+        made.merged = merge(chain, contacts, error->segments,
+                            options_.part_of_slack * (options_.tolerance - error->tip));
+    assert(validate(chain).empty());
+    return made;
 }
 
 }  // namespace physics

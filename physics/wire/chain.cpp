@@ -334,22 +334,49 @@ bool Chain::sticks() const {
                        [](const Device& device) { return device.spec.sticks(); });
 }
 
+namespace {
+
+/// Places of a chain's joints λ apart.
+class WholePlaces {
+public:
+    explicit WholePlaces(const Chain& chain) : lambda_(chain.grid.segment_length) {
+        for (int i = 1; i <= chain.segments(); ++i) whole_ += chain.lengths[i];
+        // Where the tip begins, also in pieces.
+        const double most = std::max(1.0, std::floor(whole_ / lambda_ - 0.5 + whole_segment));
+        tip_begins_ = whole_ - std::min<double>(chain.tip_segments, most) * lambda_;
+    }
+    /// Whether none is at this distance from the introducer [mm].
+    bool between(double place) const {
+        const double slack = 1e-6 * lambda_;
+        assert(place > 0 && place < whole_);
+        if (place > tip_begins_ - slack) return !multiple(place - tip_begins_);
+        const double last = std::max(0.0, std::floor(tip_begins_ / lambda_ - 0.5 + whole_segment)) * lambda_;
+        return place > last + slack || !multiple(place);
+    }
+
+private:
+    bool multiple(double length) const {
+        return std::abs(length / lambda_ - std::round(length / lambda_)) < 1e-6;
+    }
+
+    double lambda_, whole_ = 0, tip_begins_ = 0;
+};
+
+}  // namespace
+
 bool Chain::within_a_segment(int joint) const {
     if (joint < 1 || joint >= segments()) return false;
-    const double lambda = grid.segment_length;
-    double place = 0, whole = 0;
+    double place = 0;
     for (int i = 1; i <= joint; ++i) place += lengths[i];
-    for (int i = 1; i <= segments(); ++i) whole += lengths[i];
-    const auto multiple = [&](double length) {
-        return std::abs(length / lambda - std::round(length / lambda)) < 1e-6;
-    };
-    // Where the tip begins, also in pieces.
-    const double most = std::max(1.0, std::floor(whole / lambda - 0.5 + whole_segment));
-    const double tip_begins = whole - std::min<double>(tip_segments, most) * lambda, slack = 1e-6 * lambda;
-    assert(place > 0 && place < whole);
-    if (place > tip_begins - slack) return !multiple(place - tip_begins);
-    const double last = std::max(0.0, std::floor(tip_begins / lambda - 0.5 + whole_segment)) * lambda;
-    return place > last + slack || !multiple(place);
+    return WholePlaces(*this).between(place);
+}
+
+std::vector<bool> Chain::within_segments() const {
+    std::vector<bool> within(joints.size(), false);
+    const WholePlaces places(*this);
+    double place = 0;
+    for (int j = 1; j < segments(); ++j) within[j] = places.between(place += lengths[j]);
+    return within;
 }
 
 std::vector<std::string> problems(const std::vector<Device>& devices, const Grid& grid) {
@@ -385,6 +412,11 @@ int leader(const std::vector<Device>& devices, int now) {
     return best;
 }
 
+/// Whole λ that go with the tip of a device with this shape.
+int tip_segments_of(const Grid& grid, double shaped) {
+    return std::max(grid.tip_segments, static_cast<int>(std::lround(shaped / grid.segment_length)));
+}
+
 /// Segments of a chain of this length whose leading device has this shape: whole ones, one that grows, and
 /// the tip's.
 struct Segments {
@@ -394,7 +426,7 @@ struct Segments {
         assert(grid.segment_length > 0 && length > 0 && shaped >= 0);
         const double lambda = grid.segment_length;
         const int most = std::max(1, static_cast<int>(std::floor(length / lambda - 0.5 + whole_segment)));
-        tip = std::min(static_cast<int>(std::lround(shaped / lambda)), most);
+        tip = std::min(tip_segments_of(grid, shaped), most);
         whole = most - tip;
         growing = length - most * lambda;
         assert(whole >= 0 && growing < 1.5 * lambda);
@@ -407,7 +439,7 @@ void give_segments(Chain& chain, double length) {
     assert(chain.leading >= 0 && chain.leading < static_cast<int>(chain.devices.size()));
     const double shaped = shaped_length(chain.devices[chain.leading].spec);
     const Segments segments(chain.grid, length, shaped);
-    chain.tip_segments = static_cast<int>(std::lround(shaped / chain.grid.segment_length));
+    chain.tip_segments = tip_segments_of(chain.grid, shaped);
     const std::size_t joints = segments.count() + 1;
     // Copies: a vector's assign() must not be given a part of the vector.
     chain.joints.assign(joints, Vec3(chain.joints[0]));

@@ -28,8 +28,12 @@ enum class EndCells {
 struct Grid {
     double segment_length = 2.0;  // λ [mm]
     EndCells end_cells = EndCells::Half;
+    int tip_segments = 0;  // whole λ at the distal end that go with it at least: Chain::tip_segments
 
-    void state(StateStream& s) { s(segment_length, end_cells); }
+    void state(StateStream& s) {
+        s(segment_length, end_cells);
+        s.unless_zero(tip_segments);
+    }
 };
 
 /// Part of a joint's energy that depends on how two devices are turned against each other: with Δ the turn of
@@ -114,6 +118,8 @@ struct Chain {
     bool sticks() const;
     /// Whether a joint was put between two that lie λ apart.
     bool within_a_segment(int joint) const;
+    /// [j] = the same of each joint.
+    std::vector<bool> within_segments() const;
 };
 
 /// Whether a device enters a lumen of this radius [mm].

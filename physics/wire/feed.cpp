@@ -169,7 +169,8 @@ void split_cell(Chain& chain, int first) {
     for (; before + chain.lengths[i] < lambda - least; ++i) before += chain.lengths[i];
     assert(i <= chain.growing() && before < lambda);
     const auto past = [&] { return std::abs(before + chain.lengths[i] - lambda); };
-    while (past() < least && i < chain.growing()) {
+    // A piece that ends just the least before it is not split beyond its end.
+    while ((past() < least || before + chain.lengths[i] < lambda) && i < chain.growing()) {
         if (past() < rounded * lambda) return;
         merge_segments(chain, i);
     }

@@ -1,6 +1,7 @@
 #pragma once
-/// Random tubes and the wires that are pushed into them: one seed is one case. Curvature, radius, wall, EI,
-/// soft and shaped tips and the pushes are drawn; λ is what `auto` would choose.
+/// Random tubes and the wires that are pushed into them: one seed is one case, and shares no draws with the
+/// next. Curvature, radius, wall, EI, soft and shaped tips and the pushes are drawn; λ is what `auto` would
+/// choose.
 
 #include <algorithm>
 #include <cmath>
@@ -18,9 +19,15 @@
 
 class RandomTube {
 public:
-    /// `finer`: λ is that of `auto` over it.
-    explicit RandomTube(std::uint64_t seed, double finer = 1) {
-        geometry::Random random(geometry::golden_step * (seed + 1));
+    struct Options {
+        int finer = 1;         // λ is that of `auto` over it
+        int tip_segments = 0;  // Grid::tip_segments
+        bool pushed = true;    // λ by λ to where the wire ends; else it lies at the start
+    };
+    explicit RandomTube(std::uint64_t seed) : RandomTube(seed, Options{}) {}
+    RandomTube(std::uint64_t seed, const Options& options) {
+        geometry::Random random(geometry::mixed(geometry::golden_step * (seed + 1)));
+        const int finer = options.finer;
         std::vector<anatomy::PenMove> path = {anatomy::Run{random.between(10, 40)}};
         double sharpest = 0;
         for (int k = 0, arcs = 1 + static_cast<int>(4 * random()); k < arcs; ++k) {
@@ -43,7 +50,7 @@ public:
         wire.curved_length = random.between(5, 15);
         if (wire.curved_angle > 0) sharpest = std::max(sharpest, wire.curved_angle / wire.curved_length);
         constexpr double sagitta = 0.05;  // [mm]
-        const double lambda = std::clamp(std::min(std::sqrt(8 * sagitta / sharpest), radius), 0.2, 5.0);
+        lambda = std::clamp(std::min(std::sqrt(8 * sagitta / sharpest), radius), 0.2, 5.0);
         wire.curved_length = lambda * std::max(1.0, std::round(wire.curved_length / lambda));
         wire.segment_length = lambda / finer;
         const double per_length = std::pow(5, random()), turn = random.between(0, 2 * M_PI);
@@ -51,12 +58,17 @@ public:
         stiffness = per_length * wire.segment_length;
         wire_radius = 0.5 * wire.diameter;
         wall = std::make_unique<physics::TubeWall>(anatomy::draw(path), radius, stiffness, wire_radius);
-        const double start = std::max(20.0, wire.curved_length + 4 * lambda);
-        const int segments = static_cast<int>(start / lambda) * static_cast<int>(std::lround(finer));
-        chain = physics::wire_along(wire.device(), wire.grid(), wall->centreline(), segments);
+        const int cells = static_cast<int>(std::max(20.0, wire.curved_length + 4 * lambda) / lambda);
+        const double start = cells * lambda;
+        hand = std::min(lambda, (most + 40 - start) / 20);
+        hands = std::clamp(static_cast<int>(std::lround((last - start) / hand)), 20, 40);
+        physics::Grid grid = wire.grid();
+        grid.tip_segments = options.tip_segments;
+        chain = physics::wire_along(wire.device(), grid, wall->centreline(), cells * finer);
         physics::rotate(chain, physics::every_device, turn);
         hub = std::make_unique<physics::Hub>(physics::RelaxerConfig{}, *wall);
         at_rest = hub->settle(chain, unlimited).relax.converged();
+        if (!options.pushed) return;
         while (at_rest && chain.inserted_length() < last) push(wire.segment_length);
         if (at_rest) push(part * wire.segment_length);
     }
@@ -69,15 +81,27 @@ public:
         at_rest = report.outcome == physics::HubReport::Outcome::AtRest && report.relax.strict_minimum();
         seconds_of_pushes += seconds_of_push;
         updates_of_pushes += updates_of_push;
+        fed_by_push = report.made.feed;
         ++pushes;
+    }
+
+    /// The same until all of it is fed, in parts of λ at most: a hub may make less of a push.
+    void push_all(double feed) {
+        const double lambda_here = chain.grid.segment_length;
+        for (double left = feed; at_rest && left > 1e-9; left -= fed_by_push)
+            push(left / std::max(1.0, std::ceil(left / lambda_here - 1e-9)));
     }
 
     double radius = 0, stiffness = 0, wire_radius = 0;  // [mm], [N/mm], [mm]
     std::unique_ptr<physics::TubeWall> wall;
     std::unique_ptr<physics::Hub> hub;
     physics::Chain chain;
+    double lambda = 0;  // that of `auto` [mm]
+    double hand = 0;    // of a course of pushes: what each feeds [mm]
+    int hands = 0;      // and how many they are
     bool at_rest = false;
     int pushes = 0;
+    double fed_by_push = 0;  // [mm]
     double seconds_of_push = 0, seconds_of_pushes = 0;
     long long updates_of_push = 0, updates_of_pushes = 0;
 
@@ -98,6 +122,21 @@ inline physics::Chain halved(const physics::Chain& chain, const physics::LumenWa
     physics::Chain fine = chain;
     for (int k = 0; k < times; ++k) {
         for (int i = fine.segments(); i >= 1; --i) physics::split_segment(fine, i);
+        physics::GlobalRelaxer({}, wall).relax(fine, {1'000'000'000, 0, 0});
+    }
+    return fine;
+}
+
+/// The same with λ/16, and segments where contacts begin and end and those of the last λ in quarters of that:
+/// what stands for infinitely short ones. An end that presses on a hard wall still sinks in with λ/16.
+inline physics::Chain finest(const physics::Chain& chain, const physics::LumenWall& wall, int halvings = 4) {
+    physics::Chain fine = halved(chain, wall, halvings);
+    for (int k = 0; k < 2; ++k) {
+        const auto contacts = physics::all_contacts(fine, wall);
+        const int n = fine.segments();
+        for (int i = n; i >= 1; --i)
+            if (i > n - 16 || (i > 1 && contacts[i - 1].touches()) != contacts[i].touches())
+                physics::split_segment(fine, i);
         physics::GlobalRelaxer({}, wall).relax(fine, {1'000'000'000, 0, 0});
     }
     return fine;
@@ -134,13 +173,13 @@ struct ErrorRatio {
     }
 };
 
-/// Against λ/8.
+/// Against finest().
 inline ErrorRatio error_ratio(const RandomTube& tube) {
     ErrorRatio ratio;
     const physics::Chain& chain = tube.chain;
     const auto contacts = physics::all_contacts(chain, *tube.wall);
     const auto error = physics::ErrorEstimator(*tube.wall).of(chain, contacts);
-    const physics::Chain fine = halved(chain, *tube.wall, 3);
+    const physics::Chain fine = finest(chain, *tube.wall);
     ratio.true_tip = (fine.tip() - chain.tip()).norm();
     ratio.true_force = largest_force_of(fine, chain, *tube.wall) - largest_force_of(chain, chain, *tube.wall);
     ratio.estimated = error.has_value();

@@ -8,7 +8,7 @@
 
 using namespace physics;
 
-TEST(DiscretisationError, OfRandomTubesIsThatAgainstAnEighthOfTheSegments) {
+TEST(DiscretisationError, OfRandomTubesIsTheDistanceFromFarShorterSegments) {
     RatioCounts tips;
     for (int seed = 0; seed < 60; ++seed) {
         const RandomTube tube(seed);

@@ -362,3 +362,23 @@ TEST(Feed, PiecesOfTheGrowingSegmentStayWhereTheyAreUntilTheyGoOut) {
     }
     EXPECT_GT(kept, 4000);
 }
+
+TEST(Feed, APieceThatEndsTheLeastBeforeAWholePlaceIsNotSplitBeyondItsEnd) {
+    for (const double lambda : {2.0, 3.2002, 0.7}) {
+        studies::PlainWire spec = studies::PlainWire::uniform(50, lambda);
+        Chain chain = straight_wire(spec, Vec3::Zero(), Vec3::UnitX(), 10);
+        // The segment that grows in eighths, the last of which grows on.
+        ASSERT_EQ(chain.growing(), chain.segments());
+        for (int k = 0; k < 3; ++k)
+            for (int i = chain.segments(), first = first_growing(chain); i >= first; --i)
+                split_segment(chain, i);
+        ASSERT_EQ(chain.growing() - first_growing(chain), 7);
+        for (int k = 0; k < 40; ++k) {
+            feed(chain, every_device, 0.05 * lambda);
+            ASSERT_TRUE(validate(chain).empty()) << lambda << ", " << k;
+            for (int i = 1; i <= chain.segments(); ++i)
+                ASSERT_GE(chain.lengths[i], least_piece * lambda * (1 - 1e-6)) << lambda << ", " << k;
+        }
+        EXPECT_NEAR(chain.inserted_length(), 12 * lambda, 1e-9);
+    }
+}
