@@ -142,11 +142,11 @@ std::string how_sure(const Planned& best) {
                           io::rounded_text(*best.force_error))
             : "segments of a finite length",
         best.tip_error);
-    row(errors.wall_off ? fmt::format("place of the wall's field, a lower figure (at most {}&nbsp;mm off the "
-                                      "lumen's mesh where a joint "
-                                      "touches)",
-                                      io::rounded_text(*errors.wall_off))
-                        : "place of the wall's field",
+    row(errors.wall_off
+            ? fmt::format("the wall's field in place of the lumen's mesh, to its order alone (at most "
+                          "{}&nbsp;mm off where a joint touches)",
+                          io::rounded_text(*errors.wall_off))
+            : "the wall's field in place of the lumen's mesh",
         errors.wall);
     row("vessels that stay, though they would make way", errors.vessels);
     row("rigid shafts, though their torque would wind them up", errors.twist);
