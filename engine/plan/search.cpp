@@ -445,11 +445,12 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
         }
         for (const double roll : angles({0, 90, -90, 180})) add(Kind::WithoutWire, roll);
     }
-    // By turns: either may be what steers.
-    for (std::size_t k = 0; k < std::max(of_wire.size(), of_catheter.size()); ++k) {
-        if (k < of_wire.size()) moves.push_back(of_wire[k]);
-        if (k < of_catheter.size()) moves.push_back(of_catheter[k]);
-    }
+    // First of what sticks out at the start, whose bend is free.
+    const auto inserted = [&](int k) { return s.devices[static_cast<std::size_t>(k)].inserted; };
+    const bool catheter_leads = catheter > 0 && inserted(catheter) > inserted(0);
+    for (const std::vector<Move>* of :
+         {catheter_leads ? &of_catheter : &of_wire, catheter_leads ? &of_wire : &of_catheter})
+        moves.insert(moves.end(), of->begin(), of->end());
     return moves;
 }
 

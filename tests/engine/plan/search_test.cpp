@@ -64,6 +64,20 @@ TEST(PlanSearch, EveryCourseReachesTheTargetWhenItsScriptIsPlayed) {
     }
 }
 
+/// A wire of 0.018 in that a guiding catheter's bend holds back, in renal_stent.
+TEST(PlanSearch, AShaftThatBowsOutsideIsHeldCloser) {
+    const scenario::Scenario s = test::shipped_scenario("renal_stent");
+    SearchOptions options = small_search();
+    options.courses = 1;
+    options.most_frames = 1500;
+    const Found found = search(start_of(s), options);
+    ASSERT_FALSE(found.courses.empty());
+    test::expect_said(found.courses.front().text(), "grip wire 20 mm");
+    Exercise own(s, exercise::Pictures::None, plan_cache);
+    EXPECT_LE(author::attempt(own, found.courses.front().script(), author::exact_hand, 0).smallest_radius,
+              s.target.radius);
+}
+
 /// The same for targets, holds, starts and wires that nobody chose; SELDINGER_FUZZ_SEEDS=1000 tries more.
 TEST(PlanSearch, WildTargetsAreReachedByTheScriptOrByNone) {
     const char* asked = std::getenv("SELDINGER_FUZZ_SEEDS");
