@@ -62,6 +62,15 @@ struct Tried {
     long frames = 0;
 };
 
+/// Whether the wire is to reach the target out of a device that sticks out beyond it at the start: a guiding
+/// catheter, which steers, and whose curves take push.
+bool comes_out_of_guide(const scenario::Scenario& s) {
+    return s.index_of(s.target.device).value_or(0) == 0 &&
+           std::ranges::any_of(s.devices, [&](const scenario::PlacedDevice& device) {
+               return device.inserted > s.devices[0].inserted;
+           });
+}
+
 /// Distances along the vessels.
 class Ways {
 public:
@@ -300,6 +309,7 @@ private:
     }
 
     bool can_grip_closer(int device) const {
+        if (device != 0 || !comes_out_of_guide(sim().scenario())) return false;
         const std::optional<double> now = sim().gripped_at(roles_[static_cast<std::size_t>(device)]);
         return now && *now > close_grip;
     }
@@ -445,9 +455,7 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
         }
         for (const double roll : angles({0, 90, -90, 180})) add(Kind::WithoutWire, roll);
     }
-    // First of what sticks out at the start, whose bend is free.
-    const auto inserted = [&](int k) { return s.devices[static_cast<std::size_t>(k)].inserted; };
-    const bool catheter_leads = catheter > 0 && inserted(catheter) > inserted(0);
+    const bool catheter_leads = catheter > 0 && comes_out_of_guide(s);
     for (const std::vector<Move>* of :
          {catheter_leads ? &of_catheter : &of_wire, catheter_leads ? &of_wire : &of_catheter})
         moves.insert(moves.end(), of->begin(), of->end());
