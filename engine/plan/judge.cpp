@@ -71,6 +71,8 @@ void play(exercise::Exercise& exercise, const script::CommandScript& script,
 void play_with_dose(Judged& judged, const scenario::Scenario& scenario, const JudgeOptions& options) {
     exercise::Exercise exercise(scenario, exercise::Pictures::Dose, options.cache);
     judged.moments.clear();
+    judged.left_out.clear();
+    judged.tip_error = judged.force_error = std::nullopt;
     Stay stay(scenario);
     const exercise::Reader reader(exercise.simulation());
     play(exercise, judged.course.script(), [&] {

@@ -63,7 +63,8 @@ struct Tried {
 };
 
 /// Whether the wire is to reach the target out of a device that sticks out beyond it at the start: a guiding
-/// catheter, which steers, and whose curves take push.
+/// catheter, which steers, and whose curves take push. Elsewhere a closer grip only leads wires that are
+/// stuck farther astray: for all it took coronary_jl4 three times the frames.
 bool comes_out_of_guide(const scenario::Scenario& s) {
     return s.index_of(s.target.device).value_or(0) == 0 &&
            std::ranges::any_of(s.devices, [&](const scenario::PlacedDevice& device) {

@@ -95,7 +95,7 @@ public:
                                               const ContactSet&) const;
     /// The same where the wall at each joint, with its grip, has moved by so much [mm].
     std::optional<std::vector<Vec3>> moved_with(const Chain& rest, std::span<const Vec3> walls) const;
-    /// The same where the energy's gradient at each joint has grown by so much [N].
+    /// The same where the energy's gradient has grown by so much at each joint that touches [N].
     std::optional<std::vector<Vec3>> pushed_by(const Chain& rest, std::span<const Vec3> gradients) const;
     /// Of each joint, as the model has its contact.
     std::span<const ContactPlane> planes() const { return planes_; }

@@ -89,6 +89,19 @@ TEST_F(PlanCommand, AngiogramsEndWithThePatientsContrast) {
     }
 }
 
+TEST_F(PlanCommand, WhereTimeLeavesNoneThereIsNoAngiogramAndTheCourseReaches) {
+    ASSERT_EQ(plan({}, "free").code, 0);
+    const auto usual = ranked(folder, "free")[0];
+    const double later = 2 * (5 / 2.0 + 1), limit = usual["time_s"].get<double>() - 0.5 * later;
+    write(folder / "fork.toml",
+          test::replaced(test::fork_toml(), "seed = 1", fmt::format("seed = 1\ntime_limit_s = {}", limit)));
+    ASSERT_EQ(plan({}, "short").code, 0);
+    const auto hurried = ranked(folder, "short")[0];
+    EXPECT_TRUE(hurried["reached"].get<bool>());
+    EXPECT_EQ(hurried["contrast_ml"], 0);
+    EXPECT_EQ(hurried["left_out"].size(), usual["left_out"].size());
+}
+
 TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
     const std::vector<std::string> devices = {"--devices", "own,glidestraight035,rosen035"};
     ASSERT_EQ(plan(devices, "whole").code, 0);

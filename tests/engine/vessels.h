@@ -62,15 +62,18 @@ inline anatomy::Anatomy small_abdomen() {
     return anatomy;
 }
 
-/// The centrelines of a preset as it is grown, without its surface.
-inline anatomy::Anatomy grown(std::string_view preset) {
-    const anatomy::VesselTree tree = anatomy::grow(anatomy::vessel_preset(preset));
+/// The centrelines of vessels as they are grown, without their surface.
+inline anatomy::Anatomy grown(const anatomy::VesselTreeSpec& spec) {
+    const anatomy::VesselTree tree = anatomy::grow(spec);
     anatomy::Anatomy anatomy;
-    anatomy.name = preset;
+    anatomy.name = spec.name;
     for (const anatomy::SampledBranch& branch : tree.branches)
         anatomy.branches.push_back(
             {branch.name, branch.parent, branch.parent_sample, branch.points, branch.radii});
     return anatomy;
+}
+inline anatomy::Anatomy grown(std::string_view preset) {
+    return grown(anatomy::vessel_preset(preset));
 }
 
 }  // namespace test

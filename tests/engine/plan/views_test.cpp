@@ -462,12 +462,7 @@ Vec3 by_dodge(double distance, double left, double up) {
 Anatomy grown(std::vector<anatomy::BranchSpec> branches) {
     anatomy::VesselTreeSpec spec;
     spec.branches = std::move(branches);
-    const anatomy::VesselTree tree = anatomy::grow(spec);
-    Anatomy anatomy;
-    for (const anatomy::SampledBranch& branch : tree.branches)
-        anatomy.branches.push_back(
-            {branch.name, branch.parent, branch.parent_sample, branch.points, branch.radii});
-    return anatomy;
+    return test::grown(spec);
 }
 
 double arc_of(const std::vector<anatomy::VesselKnot>& knots, std::size_t knot) {
@@ -529,12 +524,6 @@ struct Published {
     double of_best, of_region;
 };
 
-template <int preset>
-Anatomy of_preset() {
-    constexpr const char* names[] = {"iliac-renal", "rca", "arch-1", "arch-lca", "lca"};
-    return test::grown(names[preset]);
-}
-
 // Sources, and why some are farther than 10 degrees off: docs/plan.md, "Views".
 const Published of_measured[] = {
     {"left renal ostium", renal_by_ct, "LRA", 0, 20, "", "", {9, 9}, {-45, 45}, 3.8, 0},
@@ -558,15 +547,95 @@ const Published of_measured[] = {
     {"left main ostium", left_by_dodge, "LM", 0, 10, "", "", {37, 37}, {22, 22}, 34.5, 34.0},
 };
 const Published of_presets[] = {
-    {"left renal ostium", of_preset<0>, "LRA", 0, 20, "", "", {9, 9}, {-45, 45}, 0.7, 0},
-    {"crux", of_preset<1>, "RCA", 100, 120, "PDA", "", {44, 44}, {34, 34}, 7.5, 0},
-    {"left carotid bifurcation", of_preset<2>, "LCCA", 145, 175, "LECA", "LCCA", {30, 45}, {0, 0}, 5.0, 0},
-    {"right carotid bifurcation", of_preset<2>, "RCCA", 90, 115, "RECA", "RCCA", {-45, -30}, {0, 0}, 0, 0},
-    {"right coronary artery", of_preset<1>, "RCA", 10, 80, "", "", {45, 60}, {0, 0}, 20.0, 20.0},
-    {"right renal ostium", of_preset<0>, "RRA", 0, 20, "", "", {21, 21}, {-45, 45}, 26.5, 14.8},
-    {"left main ostium", of_preset<3>, "LM", 0, 10, "", "LM", {37, 37}, {22, 22}, 81.6, 69.8},
-    {"left main bifurcation", of_preset<4>, "LM", 12, 32, "LCX", "", {40, 50}, {-40, -25}, 57.8, 62.1},
-    {"left anterior descending artery", of_preset<4>, "LM", 32, 60, "", "", {-10, 0}, {35, 45}, 35.0, 35.0},
+    {"left renal ostium",
+     [] { return test::grown("iliac-renal"); },
+     "LRA",
+     0,
+     20,
+     "",
+     "",
+     {9, 9},
+     {-45, 45},
+     0.7,
+     0},
+    {"crux", [] { return test::grown("rca"); }, "RCA", 100, 120, "PDA", "", {44, 44}, {34, 34}, 7.5, 0},
+    {"left carotid bifurcation",
+     [] { return test::grown("arch-1"); },
+     "LCCA",
+     145,
+     175,
+     "LECA",
+     "LCCA",
+     {30, 45},
+     {0, 0},
+     5.0,
+     0},
+    {"right carotid bifurcation",
+     [] { return test::grown("arch-1"); },
+     "RCCA",
+     90,
+     115,
+     "RECA",
+     "RCCA",
+     {-45, -30},
+     {0, 0},
+     0,
+     0},
+    {"right coronary artery",
+     [] { return test::grown("rca"); },
+     "RCA",
+     10,
+     80,
+     "",
+     "",
+     {45, 60},
+     {0, 0},
+     20.0,
+     20.0},
+    {"right renal ostium",
+     [] { return test::grown("iliac-renal"); },
+     "RRA",
+     0,
+     20,
+     "",
+     "",
+     {21, 21},
+     {-45, 45},
+     26.5,
+     14.8},
+    {"left main ostium",
+     [] { return test::grown("arch-lca"); },
+     "LM",
+     0,
+     10,
+     "",
+     "LM",
+     {37, 37},
+     {22, 22},
+     81.6,
+     69.8},
+    {"left main bifurcation",
+     [] { return test::grown("lca"); },
+     "LM",
+     12,
+     32,
+     "LCX",
+     "",
+     {40, 50},
+     {-40, -25},
+     57.8,
+     62.1},
+    {"left anterior descending artery",
+     [] { return test::grown("lca"); },
+     "LM",
+     32,
+     60,
+     "",
+     "",
+     {-10, 0},
+     {35, 45},
+     35.0,
+     35.0},
 };
 
 void compare(const Published& one) {
