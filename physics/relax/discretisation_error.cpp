@@ -16,20 +16,24 @@ constexpr int halves = 2, finest = 8, finest_at_tip = 2;
 constexpr int halvings_of_tip = 2;
 /// None is shorter than this part of λ, but for halves.
 constexpr double shortest = 1.0 / 32;
-/// The wall is corrected once at the place that the step leads to, and for an end that presses until the tip
-/// moves by no more than this part of the estimate: one after another of the finer chain's joints comes to
-/// bear a part of what the last one did.
+/// The wall is corrected at the place that the step leads to until the change of the largest force settles to
+/// this part of it, and for an end that presses until the tip moves by no more than this part of the
+/// estimate, too: one after another of the finer chain's joints comes to bear a part of what the last one
+/// did.
 constexpr int most_corrections = 6;
-constexpr double settled = 0.01;
+constexpr double settled = 0.01, settled_force = 0.5;
 /// Segments that stay whole: farther from the tip than this, free, and bent at both ends by less than the
 /// least of this angle [rad] and a part of the largest bend.
 constexpr int near_tip = 12;
 constexpr double least_bend = 0.02, part_of_largest = 0.1;
 /// What the step leaves out: of halves a third of it, 1/(2² − 1), of eighths 1/63. Where the tip touches,
-/// most of the error is there.
+/// most of its error is there.
 constexpr double left_by_halves = 4.0 / 3, left_at_tip = 1.05;
-/// Differences of tips below this are the relaxer's tolerance [mm].
-constexpr double least_error = 1e-6;
+/// The step does not know the largest force better than to this part of it: a smaller change says only that
+/// larger ones cancel.
+constexpr double least_part_of_force = 0.01;
+/// Differences below these are the relaxer's tolerance [mm], [N].
+constexpr double least_error = 1e-6, least_change = 1e-6;
 /// A pivot that is no more than this part of the stiffest joint is none.
 constexpr double least_pivot_fraction = 1e-6;
 
@@ -228,22 +232,34 @@ std::optional<DiscretisationError> ErrorEstimator::of(const Chain& chain,
     DiscretisationError error;
     if (!std::isfinite(model_.roll_out(fine_))) return {};
     if (by_segment) error.segments = parts_of(chain);
-    const int corrections = end_presses(contacts) ? most_corrections : 1;
-    for (int made = 0; made < corrections; ++made) {
-        const Vec3 before = model_.trial_tip();
+    const bool presses = end_presses(contacts);
+    model_.predict_contact_forces(fine_);
+    ForceChange force = change_of_force(chain, contacts);
+    Vec3 tip = model_.trial_tip();
+    for (int made = 0; made < most_corrections; ++made) {
         model_.ask_trial(contacts_);
         model_.take_trial_contacts(fine_, contacts_);
         model_.solve(fine_, 0);
         ++passes_;
-        if (!leads_on()) return {};
-        const double moved = (model_.trial_tip() - before).norm();
-        if (moved <= settled * (model_.trial_tip() - chain.tip()).norm() || moved < least_error) break;
+        if (!leads_on()) {
+            // Where the end is free the correction before is kept.
+            if (made == 0 || presses) return {};
+            break;
+        }
+        model_.predict_contact_forces(fine_);
+        const double by = force.change;
+        force = change_of_force(chain, contacts);
+        const double moved = (model_.trial_tip() - tip).norm(), grown = std::abs(force.change - by);
+        tip = model_.trial_tip();
+        const bool tip_stays =
+            !presses || moved < least_error || moved <= settled * (tip - chain.tip()).norm();
+        if (tip_stays && (grown < least_change || grown <= settled_force * std::abs(force.change))) break;
     }
-    model_.predict_contact_forces(fine_);
     const double scale = contacts[n].touches() ? left_at_tip : left_by_halves;
-    error.tip_moves = scale * (model_.trial_tip() - chain.tip());
+    error.tip_moves = scale * (tip - chain.tip());
     error.tip = std::max(least_error, error.tip_moves.norm());
-    error.wall_force = scale * change_of_force(chain, contacts);
+    error.wall_force = std::copysign(
+        std::max(left_by_halves * std::abs(force.change), least_part_of_force * force.largest), force.change);
     if (!std::isfinite(error.wall_force)) return {};
     // They are of the step without the correction, and follow the whole.
     double sum = 0;
@@ -276,7 +292,8 @@ std::vector<double> ErrorEstimator::parts_of(const Chain& chain) {
 }
 
 /// Of the largest force on a length λ, by the model's forces on the finer chain.
-double ErrorEstimator::change_of_force(const Chain& chain, std::span<const WallContact> contacts) const {
+ErrorEstimator::ForceChange ErrorEstimator::change_of_force(const Chain& chain,
+                                                            std::span<const WallContact> contacts) const {
     double is = 0, would_be = 0;
     double before = 0;  // of the joint before the segment [N]
     int k = 0;
@@ -292,7 +309,7 @@ double ErrorEstimator::change_of_force(const Chain& chain, std::span<const WallC
         before = after;
     }
     would_be = std::max(would_be, before);
-    return would_be - is;
+    return {would_be - is, is};
 }
 
 }  // namespace physics

@@ -15,8 +15,8 @@ struct DiscretisationError {
     Vec3 tip_moves = Vec3::Zero();  // where the tip would be, less where it is [mm]
     double tip = 0;                 // the same as a distance, at least what rounding and tolerance hide [mm]
     /// Of the largest force with which a length λ of the chain presses on the wall: what it would be, less
-    /// what it is [N]. A joint bears the force of half of each of its segments; on the finer chain that of
-    /// the same length counts.
+    /// what it is, at least a hundredth of that [N]. A joint bears the force of half of each of its segments;
+    /// on the finer chain that of the same length counts.
     double wall_force = 0;
     /// [i] = the part of `tip` that segment i causes, i = 1…N, [0] unused; parts may be negative, and add up
     /// to it [mm]. Empty unless asked for.
@@ -25,9 +25,9 @@ struct DiscretisationError {
 
 /// Cuts the segments in halves, those at which contacts begin or end in eighths and those at a tip that
 /// touches down to 1/32 of λ, along a curve through the chain, and takes one step of Newton's method of that
-/// finer chain from there, with its wall corrected until the tip stays: docs/solver.md derives it. Keeps
-/// scratch from call to call, and nothing else: estimates do not depend on each other. Belongs to one wall,
-/// which must outlive it.
+/// finer chain from there, with its wall corrected until tip and largest force stay: docs/solver.md derives
+/// it. Keeps scratch from call to call, and nothing else: estimates do not depend on each other. Belongs to
+/// one wall, which must outlive it.
 class ErrorEstimator {
 public:
     explicit ErrorEstimator(const LumenWall& wall) : contacts_(wall) {}
@@ -45,7 +45,10 @@ private:
     void lay(const Chain&);
     void place_grips(const Chain&);
     void share_forces(const Chain&, std::span<const WallContact>);
-    double change_of_force(const Chain&, std::span<const WallContact>) const;
+    struct ForceChange {
+        double change = 0, largest = 0;  // of the largest force, and that as it is [N]
+    };
+    ForceChange change_of_force(const Chain&, std::span<const WallContact>) const;
     std::vector<double> parts_of(const Chain&);
 
     ContactSet contacts_;

@@ -54,11 +54,11 @@ TEST(DiscretisationErrorStudy, AThousandRandomTubesAgainstFarShorterSegments) {
     std::printf("an estimate takes %.1f us, a push of λ without friction in a closed form %.1f us\n",
                 1e3 * estimating, 1e3 * pushing);
     EXPECT_GE(tips.share(), 0.95);
-    // Set after the first run had shown 96.2 %, 0, 2 and 87.9 %: they guard these figures, and choose none.
-    // The goal for the force, 90 %, is not reached: changes of it that nearly cancel are the rest.
+    // Set after runs had shown 97.2 %, 92.8 % and 2 without any: they guard these figures, and choose none.
     EXPECT_LE(tips.above_four, 5);
     EXPECT_LE(tips.without, 5);
-    EXPECT_GE(forces.share(), 0.86);
+    EXPECT_GE(forces.share(), 0.9);
+    EXPECT_LE(forces.above_four, 5);
 }
 
 namespace {

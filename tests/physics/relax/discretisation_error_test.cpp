@@ -9,16 +9,20 @@
 using namespace physics;
 
 TEST(DiscretisationError, OfRandomTubesIsTheDistanceFromFarShorterSegments) {
-    RatioCounts tips;
+    RatioCounts tips, forces;
     for (int seed = 0; seed < 60; ++seed) {
         const RandomTube tube(seed);
         ASSERT_TRUE(tube.at_rest) << "seed " << seed;
         const ErrorRatio ratio = error_ratio(tube);
         tips.add(ratio.of_tip());
+        forces.add(ratio.of_force());
         EXPECT_LE(ratio.of_tip(), 4) << "seed " << seed << ": " << ratio.true_tip << " mm, estimate "
                                      << ratio.tip;
+        EXPECT_LE(ratio.of_force(), 4)
+            << "seed " << seed << ": " << ratio.true_force << " N, estimate " << ratio.force;
     }
     EXPECT_GE(tips.share(), 0.9) << tips.within_two << " of " << tips.cases;
+    EXPECT_GE(forces.share(), 0.9) << forces.within_two << " of " << forces.cases;
     RecordProperty("largest", std::to_string(tips.largest));
 }
 
