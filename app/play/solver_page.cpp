@@ -151,7 +151,7 @@ std::optional<exercise::Tuning> SolverPage::draw(const room::View& view, bool ma
     plot("residual |g|/C, power of ten", residual_, fmt::format("{:.1e}", solver.relax.gradient), 0);
     ImGui::Text("%d segments, %d contacts", static_cast<int>(solver.joints.size()) - 1,
                 solver.relax.contacts);
-    ImGui::TextUnformatted(room::tip_text(solver).c_str());
+    wrapped(palette::value, room::tip_text(solver));
     ImGui::PushStyleColor(ImGuiCol_Text, tint(solver.relax.converged() ? palette::good : palette::caution));
     ImGui::TextUnformatted(physics::message(solver.relax.termination).c_str());
     ImGui::PopStyleColor();

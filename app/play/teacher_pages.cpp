@@ -106,8 +106,7 @@ void Teacher::draw_figures(const room::View& view) const {
             view.score.tip_to_target, view.score.beam_on_time, render::figure_text(r.air_kerma, 1),
             r.contrast.value_or(0), r.contrast_limit.value_or(0), view.score.handling_errors.size(),
             view.score.handling_errors.size() == 1 ? "" : "s"));
-    if (view.solver)
-        wrapped(palette::label, room::tip_text(*view.solver) + ", because segments have a length");
+    if (view.solver) wrapped(palette::label, room::tip_text(*view.solver));
     if (view.tuned) wrapped(palette::alarm, "The model was changed: this attempt has no score.");
 }
 

@@ -33,8 +33,7 @@ ModelErrors model_errors(const Simulation& simulation) {
     const physics::NarrowedWall& wall = simulation.wall();
     // In closed form the mesh is what is only nearly the wall; a narrowed lumen is another one.
     if (simulation.scenario().wall_model == scenario::WallModel::DistanceField && wall.narrowings().empty()) {
-        const physics::Response::OtherWall mesh =
-            response->to_mesh(geometry::MeshQuery(simulation.anatomy().lumen));
+        const physics::Response::OtherWall mesh = response->to_mesh(simulation.lumen_query());
         errors.wall_off = mesh.most_off;
         if (mesh.moved) errors.wall = mesh.moved->tip().norm();
     }

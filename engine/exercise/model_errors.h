@@ -19,7 +19,7 @@ struct ModelErrors {
 };
 
 /// By the response of the tip with grips that slide, as they do on the way (docs/solver.md, section 14). Made
-/// anew by each call, of which looking for joints in the mesh of the lumen takes most.
+/// anew by each call, at the cost of a part of a push.
 ModelErrors model_errors(const Simulation&);
 /// The same of twist alone.
 std::optional<double> twist_error(const Simulation&, const physics::Response&);

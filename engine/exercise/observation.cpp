@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/model_errors.h"
 #include "engine/exercise/tip_pressure.h"
 #include "engine/io/csv.h"
 #include "physics/wire/energy.h"
@@ -116,6 +117,14 @@ constexpr Field table[] = {
     {"wall_force_error_N", "wall_force_error_N", "N",
      "the same of the largest force of one joint on the wall: what it would be less what it is",
      &R::wall_force_error},
+    {"tip_error_wall_mm", "tip_error_wall_mm", "mm",
+     "how far the tip would move with the lumen's mesh in place of the wall's field, right to its order "
+     "alone; nan, null or empty where there is no such error or no estimate",
+     &R::tip_error_wall},
+    {"tip_error_vessels_mm", "tip_error_vessels_mm", "mm",
+     "the same with vessels that make way, where they were left to stay", &R::tip_error_vessels},
+    {"tip_error_twist_mm", "tip_error_twist_mm", "mm",
+     "the same with shafts that their torque winds up, where they were left rigid", &R::tip_error_twist},
 };
 
 Place place_of(const Vec3& v) {
@@ -269,6 +278,10 @@ void Reader::read_errors(const Simulation& simulation, Observation& r) {
     const auto error = simulation.tip_error();
     r.tip_error = error ? error->tip : absent;
     r.wall_force_error = error ? error->wall_force : absent;
+    const ModelErrors models = model_errors(simulation);
+    r.tip_error_wall = models.wall.value_or(absent);
+    r.tip_error_vessels = models.vessels.value_or(absent);
+    r.tip_error_twist = models.twist.value_or(absent);
 }
 
 Observation Reader::read(const Exercise& exercise) const {
@@ -335,6 +348,9 @@ std::string Trace::row(std::size_t device, const Frame& frame, const Score& scor
     reading.air_kerma = score.air_kerma.value_or(absent);
     reading.tip_error = errors.tip_error;
     reading.wall_force_error = errors.wall_force_error;
+    reading.tip_error_wall = errors.tip_error_wall;
+    reading.tip_error_vessels = errors.tip_error_vessels;
+    reading.tip_error_twist = errors.tip_error_twist;
     if (reading.mean_pressure == 0)
         reading.pressure = reading.systolic = reading.diastolic = reading.mean_pressure = absent;
     if (reading.inserted.of[device] <= 0) {

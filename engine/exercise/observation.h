@@ -53,6 +53,7 @@ struct Observation {
     OfDevices push, torque, bow;
     double tip_force = 0, wall_force = 0, vessel_moved = 0;
     double tip_error = absent, wall_force_error = absent;
+    double tip_error_wall = absent, tip_error_vessels = absent, tip_error_twist = absent;
     double device_tip_force = 0, device_wall_force = 0;
     std::int64_t contacts = 0;
     double friction_loss = 0;
@@ -96,7 +97,7 @@ public:
     Observation read(const Exercise&) const;
     /// Those of that device, without dose, and without what is known of the attempt alone.
     Observation read(const Simulation&, const FrameTime&, script::DeviceRole) const;
-    /// Adds the errors of discretisation, which cost a part of a push and are absent otherwise.
+    /// Adds the errors of discretisation and of models, which cost a part of a push and are absent otherwise.
     static void read_errors(const Simulation&, Observation&);
     /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
     std::optional<double> path_length_from(const Simulation&, const geometry::Vec3& place) const;

@@ -92,6 +92,7 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
 Simulation::Simulation(const Simulation& like)
     : scenario_(like.scenario_),
       anatomy_(like.anatomy_),
+      lumen_query_(like.lumen_query_),
       choice_(like.choice_),
       entry_(like.entry_),
       target_(like.target_),

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,6 +25,7 @@
 #include "engine/scenario/scenario.h"
 #include "engine/scenario/vessel_give.h"
 #include "engine/script/command.h"
+#include "physics/geometry/mesh_query.h"
 #include "physics/geometry/state.h"
 #include "physics/relax/discretisation_error.h"
 #include "physics/relax/hub.h"
@@ -214,6 +216,8 @@ public:
     /// segments, and which segments cause it, if asked for. Made anew by each call, at the cost of a part of
     /// a push. Empty unless the wire shown is a strict minimum, and where no estimate is possible.
     std::optional<physics::DiscretisationError> tip_error(bool by_segment = false) const;
+    /// Against the lumen's mesh; made when first asked for, by tens of milliseconds, and shared by copies.
+    const geometry::MeshQuery& lumen_query() const;
     /// The farthest that a joint has pushed a vessel [mm].
     double farthest_vessel_move() const;
 
@@ -375,6 +379,11 @@ private:
 
     scenario::Scenario scenario_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;
+    struct LumenQuery {
+        std::once_flag once;
+        std::optional<geometry::MeshQuery> query;
+    };
+    std::shared_ptr<LumenQuery> lumen_query_ = std::make_shared<LumenQuery>();
     scenario::ModelChoice choice_;
     anatomy::EntryPath entry_;
     geometry::Vec3 target_ = geometry::Vec3::Zero();

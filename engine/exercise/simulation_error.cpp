@@ -9,4 +9,9 @@ std::optional<physics::DiscretisationError> Simulation::tip_error(bool by_segmen
     return physics::ErrorEstimator(*wall_).of(wire_, contacts_, by_segment);
 }
 
+const geometry::MeshQuery& Simulation::lumen_query() const {
+    std::call_once(lumen_query_->once, [this] { lumen_query_->query.emplace(anatomy_->lumen); });
+    return *lumen_query_->query;
+}
+
 }  // namespace exercise

@@ -55,11 +55,20 @@ SolverView solver_view(const exercise::Simulation& simulation, const physics::Re
     view.tuning = simulation.tuning();
     if (error) view.error = distance_from_rest(simulation);
     if (const auto estimate = simulation.tip_error()) view.tip_error = estimate->tip;
+    view.model_errors = exercise::model_errors(simulation);
     return view;
 }
 
 std::string tip_text(const SolverView& view) {
-    return view.tip_error ? fmt::format("tip ± {:.2g} mm", *view.tip_error) : "tip ± unknown";
+    std::string text = view.tip_error ? fmt::format("tip ± {:.2g} mm by segments", *view.tip_error)
+                                      : "tip ± unknown by segments";
+    const auto add = [&text](const std::optional<double>& error, const char* by) {
+        if (error) text += fmt::format(", {:.2g} by {}", *error, by);
+    };
+    add(view.model_errors.wall, "the wall's field");
+    add(view.model_errors.vessels, "vessels that stay");
+    add(view.model_errors.twist, "rigid shafts");
+    return text;
 }
 
 /// Lives on the session's thread, except for the mailboxes.

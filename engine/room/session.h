@@ -18,6 +18,7 @@
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/model_errors.h"
 #include "engine/exercise/score.h"
 #include "engine/exercise/simulation.h"
 #include "engine/room/attempts.h"
@@ -42,6 +43,7 @@ struct SolverView {
     exercise::Tuning tuning;             // the tuning it was moved with
     std::optional<double> error;         // largest distance of a joint from where it comes to rest [mm]
     std::optional<double> tip_error;     // estimate of the foremost tip's, for λ → 0 [mm]
+    exercise::ModelErrors model_errors;  // of that tip
     double motion_ms = 0, image_ms = 0;  // taken by this frame
     double frame_ms = 0;                 // time available for a frame
 };
@@ -50,7 +52,7 @@ struct SolverView {
 /// the `error`, if it is wanted, the fast solver brings a copy of the wire to rest.
 SolverView solver_view(const exercise::Simulation&, const physics::RelaxReport& relax, bool error = true);
 
-/// "tip ± 0.06 mm".
+/// "tip ± 0.06 mm by segments, 0.02 by the wall's field".
 std::string tip_text(const SolverView&);
 
 using Clock = std::chrono::steady_clock;

@@ -133,11 +133,15 @@ Response::OtherWall Response::to_mesh(const geometry::MeshQuery& mesh) const {
         if (!contact.touches()) continue;
         // Where the joint is in its vessel, as that was before it made way.
         const Vec3 place = rest_.joints[j] - contact.given;
-        const double distance = mesh.distance(place), radius = rest_.inner_radius() + contact.thickness;
-        if (distance > contact.clearance + 2 * rest_.inner_radius()) continue;
+        const double radius = rest_.inner_radius() + contact.thickness;
+        const double within = contact.clearance + 2 * rest_.inner_radius();
+        const double distance = mesh.nearest(place, within).distance;
+        if (!(distance < within)) continue;
         for (int k = 0; k < 3; ++k) {
             const Vec3 aside = step * Vec3::Unit(k);
-            normals[j][k] = (mesh.distance(place - aside) - mesh.distance(place + aside)) / (2 * step);
+            const double before = mesh.nearest(place - aside, within + 2 * step).distance,
+                         behind = mesh.nearest(place + aside, within + 2 * step).distance;
+            normals[j][k] = (before - behind) / (2 * step);
         }
         const double deep = std::max(0.0, radius - distance);
         other.most_off = std::max(other.most_off, std::abs(contact.pressed_in() - (radius - distance)));

@@ -219,8 +219,12 @@ TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     }));
     EXPECT_GT(*sure->tip_error, 0);
     EXPECT_LT(*sure->tip_error, 1);
-    EXPECT_EQ(tip_text(*sure), fmt::format("tip ± {:.2g} mm", *sure->tip_error));
-    EXPECT_EQ(tip_text({}), "tip ± unknown");
+    SolverView made;
+    made.tip_error = 0.0123;
+    made.model_errors = {.wall = 0.05, .wall_off = 0.1, .vessels = {}, .twist = 1.234};
+    EXPECT_EQ(tip_text(made), "tip ± 0.012 mm by segments, 0.05 by the wall's field, 1.2 by rigid shafts");
+    EXPECT_EQ(tip_text({}), "tip ± unknown by segments");
+    test::expect_said(tip_text(*sure), fmt::format("tip ± {:.2g} mm by segments", *sure->tip_error));
     exercise::Tuning tuning = session.view()->solver->tuning;
     tuning.segment_length = 1;
     tuning.shaft_rigidity *= 4;
