@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct PlanArguments {
     ScenarioChoice scenario;
-    std::string to, from, devices = "own", out, cache;
+    std::string to, from, devices = "own", exchange, out, cache;
     std::vector<fs::path> folders;  // of shards to merge
     std::optional<std::string> shard;
     int threads = 2, restarts = 2;
@@ -95,9 +95,12 @@ void write_plan(std::vector<plan::Planned>& all, const PlanArguments& arguments,
     of.pictures = plan::pictures_of(scenario, of.vessels, of.views, options.cache);
     of.not_tried = {
         "Other devices than those in the table, other accesses, and other shapes of a tip.",
-        "Exchanges for devices of the tray, and treatment: a course brings a device to the target.",
+        "Treatment, and other balloons or stents of the tray: a course brings a device to the target.",
         "Amounts finer than the search's: pushes of 2 mm a frame, turns in steps of 45 degrees.",
         fmt::format("More than was asked for: {}.", first.settings)};
+    for (const plan::Planned& one : all)
+        for (const std::string& sentence : one.not_tried)
+            of.not_tried.push_back(fmt::format("{}: {}.", one.name, sentence));
     const std::string page = plan::report(of, all), csv = plan::to_csv(all),
                       json = plan::plan_json(all, program);
     std::vector<std::pair<fs::path, std::string_view>> files = {
@@ -256,6 +259,7 @@ int make_plan(const PlanArguments& arguments) {
         for (const char* name : {"plan.html", "plan.csv", "plan.json", "best.toml", "best.gw"})
             outputs.push_back({"--out", fs::path(arguments.out) / name});
         scenario::require_no_input(outputs, scenario, {text.file});
+        options.search.wires = plan::wires_of(arguments.exchange, scenario, options.catalogue);
         std::vector<plan::Candidate> candidates =
             plan::candidates_of(arguments.devices, scenario, options.catalogue);
         std::string share;
@@ -313,6 +317,7 @@ Command add_plan(CLI::App& parser) {
         "Examples:\n"
         "  seldinger plan renal --out plan                        with the exercise's own devices\n"
         "  seldinger plan renal --devices wires,glide035+cobra5f --out plan\n"
+        "  seldinger plan renal_right --devices glidestraight035+vertebral5f --exchange glide035 --out plan\n"
         "  seldinger plan mine.anatomy.json --to LRA:20 --from LCFA.out --devices glide035 --out plan");
     command
         ->add_option("scenario", arguments->scenario.named,
@@ -336,6 +341,12 @@ Command add_plan(CLI::App& parser) {
             "the scenario has them; 'wires': every wire of the catalogue that is as thick as its wire")
         ->type_name("LIST")
         ->capture_default_str();
+    command
+        ->add_option(
+            "--exchange", arguments->exchange,
+            "Wires of the catalogue, with commas, that the wire may be exchanged for through a catheter; "
+            "'wires' as above")
+        ->type_name("LIST");
     command
         ->add_option("--out", arguments->out, "Folder for plan.html, plan.csv, plan.json, best.toml, best.gw")
         ->required()

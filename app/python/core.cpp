@@ -102,9 +102,10 @@ std::vector<std::uint8_t> png_of(const py::object& given) {
 /// Plans of a scenario as JSON, ranked: what seldinger.plan() makes objects of.
 std::vector<std::string> plans(const std::string& file, const std::optional<std::string>& text,
                                const std::string& devices, const std::string& to, const std::string& from,
-                               const std::string& list, const std::string& patient, int threads,
-                               std::uint64_t seed, int restarts, long frames,
-                               const std::optional<double>& time_limit, const std::string& cache) {
+                               const std::string& list, const std::string& exchange,
+                               const std::string& patient, int threads, std::uint64_t seed, int restarts,
+                               long frames, const std::optional<double>& time_limit,
+                               const std::string& cache) {
     const auto begun = std::chrono::steady_clock::now();
     plan::PlanOptions options;
     options.search.threads = threads;
@@ -128,6 +129,7 @@ std::vector<std::string> plans(const std::string& file, const std::optional<std:
         usual =
             plan::with_ends(plan::with_patient(usual, patient, devices), to, from, devices, options.cache);
         const scenario::Scenario scenario = scenario::parse_scenario(usual.toml, usual.file, devices);
+        options.search.wires = plan::wires_of(exchange, scenario, devices);
         std::vector<plan::Planned> all;
         for (const plan::Candidate& candidate : plan::candidates_of(list, scenario, devices))
             all.push_back(plan::plan(usual, candidate, options));
@@ -329,8 +331,8 @@ PYBIND11_MODULE(_core, m) {
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"),
           py::call_guard<Call>());
     m.def("_plan", &plans, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("to"),
-          py::arg("from_"), py::arg("list"), py::arg("patient"), py::arg("threads"), py::arg("seed"),
-          py::arg("restarts"), py::arg("frames"), py::arg("time_limit_s"), py::arg("cache"),
+          py::arg("from_"), py::arg("list"), py::arg("exchange"), py::arg("patient"), py::arg("threads"),
+          py::arg("seed"), py::arg("restarts"), py::arg("frames"), py::arg("time_limit_s"), py::arg("cache"),
           py::call_guard<Call>());
     m.def(
         "_views",

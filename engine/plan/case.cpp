@@ -64,6 +64,30 @@ std::string without_spaces(std::string_view text) {
     return plain;
 }
 
+/// The words between the commas. Throws InputError where there is none.
+std::vector<std::string> words_of(const std::string& list, const char* option) {
+    std::vector<std::string> words;
+    for (const std::string_view part : io::split(list, ',')) {
+        words.push_back(without_spaces(part));
+        if (words.back().empty())
+            throw io::InputError("{} '{}': expected devices between the commas, found nothing", option, list);
+    }
+    return words;
+}
+
+/// Every wire of the catalogue that is as thick as the scenario's.
+std::vector<std::string> wires_alike(const scenario::Scenario& scenario,
+                                     const std::filesystem::path& catalogue) {
+    std::vector<std::string> names;
+    for (const std::filesystem::path& file : scenario::device_files(catalogue)) {
+        const scenario::Device device = scenario::load_device(file);
+        const double other = scenario.wire().device.outer_diameter;
+        if (device.kind == scenario::DeviceKind::Wire && std::abs(device.outer_diameter - other) <= 0.1)
+            names.push_back(device.name);
+    }
+    return names;
+}
+
 void make_absolute(toml::node& node, const std::filesystem::path& folder) {
     if (auto* text = node.as_string()) {
         const std::string value = text->get();
@@ -88,22 +112,14 @@ std::vector<Candidate> candidates_of(const std::string& list, const scenario::Sc
     const auto add = [&](Candidate candidate) {
         if (names.insert(candidate.name).second) all.push_back(std::move(candidate));
     };
-    for (const std::string_view part : io::split(list, ',')) {
-        const std::string word = without_spaces(part);
-        if (word.empty())
-            throw io::InputError("--devices '{}': expected devices between the commas, found nothing", list);
+    for (const std::string& word : words_of(list, "--devices")) {
         if (word == "own") {
             add({});
             continue;
         }
         if (word == "wires") {
-            for (const std::filesystem::path& file : scenario::device_files(catalogue)) {
-                const scenario::Device device = scenario::load_device(file);
-                const double other = scenario.wire().device.outer_diameter;
-                if (device.kind == scenario::DeviceKind::Wire &&
-                    std::abs(device.outer_diameter - other) <= 0.1)
-                    add({device.name, {{DeviceRole::Wire, device.name}}});
-            }
+            for (const std::string& name : wires_alike(scenario, catalogue))
+                add({name, {{DeviceRole::Wire, name}}});
             continue;
         }
         Candidate candidate{word, {}};
@@ -131,6 +147,27 @@ std::vector<Candidate> candidates_of(const std::string& list, const scenario::Sc
             throw io::InputError("--devices '{}': expected up to {} devices, found {}", word,
                                  physics::most_devices, candidate.devices.size());
         add(std::move(candidate));
+    }
+    return all;
+}
+
+std::vector<std::string> wires_of(const std::string& list, const scenario::Scenario& scenario,
+                                  const std::filesystem::path& catalogue) {
+    std::vector<std::string> all;
+    const auto add = [&all](const std::string& name) {
+        if (std::ranges::find(all, name) == all.end()) all.push_back(name);
+    };
+    if (list.empty()) return all;
+    for (const std::string& word : words_of(list, "--exchange")) {
+        if (word == "wires") {
+            for (const std::string& name : wires_alike(scenario, catalogue)) add(name);
+            continue;
+        }
+        const scenario::Device device = scenario::load_device(scenario::find_device(word, catalogue));
+        if (device.kind != scenario::DeviceKind::Wire)
+            throw io::InputError("--exchange '{}': expected wires, found '{}', a {}", list, word,
+                                 scenario::name_of(device.kind));
+        add(word);
     }
     return all;
 }

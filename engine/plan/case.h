@@ -26,6 +26,11 @@ struct Candidate {
 std::vector<Candidate> candidates_of(const std::string& list, const scenario::Scenario&,
                                      const std::filesystem::path& catalogue);
 
+/// "rosen035,amplatzS035": wires of the catalogue, or files; "wires" as above. Throws InputError for unknown
+/// names, and for devices that are no wires.
+std::vector<std::string> wires_of(const std::string& list, const scenario::Scenario&,
+                                  const std::filesystem::path& catalogue);
+
 /// A scenario as TOML, and the file that it is from or would be: what it names lies beside that.
 struct CaseText {
     std::string toml;

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "engine/exercise/device_rules.h"
 #include "engine/exercise/exercise.h"
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
@@ -31,7 +32,9 @@ std::vector<Course> distinct(std::vector<Course> courses) {
             const auto* turn = std::get_if<script::Rotate>(&line.command);
             what += turn ? fmt::format("turn {} {:.0f};", static_cast<int>(turn->held),
                                        turn->angle * (line.last - line.first + 1) / geometry::degree / 20)
-                         : fmt::format("{};", line.command.index());
+                    : std::holds_alternative<script::Exchange>(line.command)
+                        ? script::to_text(line.command)
+                        : fmt::format("{};", line.command.index());
         }
         if (known.insert(what).second) kept.push_back(std::move(course));
     }
@@ -49,6 +52,28 @@ Course with_beam(Course course) {
     return course;
 }
 
+/// The wires that this scenario's may be exchanged for; of others `planned` says why not.
+std::vector<std::string> exchangeable(const std::vector<std::string>& wires,
+                                      const scenario::Scenario& scenario, Planned& planned) {
+    std::vector<std::string> fit;
+    if (wires.empty()) return fit;
+    if (scenario.devices.size() < 2) {
+        planned.not_tried.push_back(
+            "The wire was not exchanged: nothing lies around it that would keep its place");
+        return fit;
+    }
+    for (const std::string& wire : wires) {
+        if (wire == scenario.wire().device.name) continue;
+        try {
+            static_cast<void>(exercise::device_of_catalogue(script::DeviceRole::Wire, wire, scenario));
+            fit.push_back(wire);
+        } catch (const io::InputError& error) {
+            planned.not_tried.push_back(fmt::format("The wire was not exchanged: {}", error.what()));
+        }
+    }
+    return fit;
+}
+
 void take(Planned& planned, const Judged& judged) {
     static_cast<Worth&>(planned) = judged;
     planned.impulse = judged.score.wall_force_impulse;
@@ -61,6 +86,7 @@ void take(Planned& planned, const Judged& judged) {
     planned.model_errors = judged.model_errors;
     planned.left_out = judged.left_out;
     planned.handling_errors = static_cast<int>(judged.score.handling_errors.size());
+    planned.exchanges = judged.course.exchanges();
     planned.defects = judged.defects;
     planned.moments = judged.moments;
     planned.left = judged.course.left;
@@ -87,6 +113,7 @@ std::string identity_of(const CaseText& text, const Candidate& candidate, const 
     hash.add(anatomy::hash_of(scenario::anatomy_of(scenario, options.cache)));
     add(candidate.name);
     add(options.program);
+    for (const std::string& wire : options.search.wires) add(wire);
     add(fmt::format("{} {} {} {} {} {}", options.search.seed, options.search.restarts,
                     options.search.most_frames, options.search.courses, options.most_force.value_or(-1),
                     options.most_turns.value_or(-1)));
@@ -120,6 +147,7 @@ Planned plan(const CaseText& text, const Candidate& candidate, const PlanOptions
         return planned;
     }
     SearchOptions search = options.search;
+    search.wires = exchangeable(options.search.wires, scenario, planned);
     search.progress = [&](double part, double left) {
         say(0.7 * part, fmt::format("{:.0f} mm from the target", std::abs(left)));
     };
@@ -211,6 +239,7 @@ std::string to_csv(const std::vector<Planned>& all) {
                      "peak_wall_force_N",
                      "mean_wall_force_N",
                      "turns",
+                     "exchanges",
                      "travel_mm",
                      "time_s",
                      "air_kerma_mGy",
@@ -251,6 +280,7 @@ std::string to_csv(const std::vector<Planned>& all) {
                    of(one.peak_force),
                    of(one.mean_force),
                    of(one.turns),
+                   of(one.exchanges),
                    of(one.travel),
                    of(one.seconds),
                    known(one.air_kerma),

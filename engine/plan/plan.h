@@ -35,6 +35,8 @@ struct Planned : Worth {
     exercise::ModelErrors model_errors;             // likewise
     std::vector<std::string> left_out;              // likewise
     int handling_errors = 0;
+    int exchanges = 0;                   // of the wire
+    std::vector<std::string> not_tried;  // of what was asked for, a sentence each
     std::vector<std::string> defects;
     std::vector<Moment> moments;
     std::vector<Failure> failures;
@@ -48,7 +50,7 @@ struct Planned : Worth {
 void rank(std::vector<Planned>&);
 
 struct PlanOptions {
-    SearchOptions search;
+    SearchOptions search;  // of whose wires those are tried that fit the candidate
     room::Speeds speeds;
     anatomy::ModelCache cache;
     std::filesystem::path catalogue;

@@ -55,6 +55,7 @@ Json summary_of(const Planned& one) {
                  {"mean_wall_force_N", one.mean_force},
                  {"wall_force_impulse_N_s", one.impulse},
                  {"turns", one.turns},
+                 {"exchanges", one.exchanges},
                  {"travel_mm", one.travel},
                  {"time_s", one.seconds},
                  {"air_kerma_mGy", number_or_null(one.air_kerma)},
@@ -67,6 +68,7 @@ Json summary_of(const Planned& one) {
                  {"tip_error_twist_mm", number_or_null(one.model_errors.twist)},
                  {"wall_error_mm", number_or_null(one.model_errors.wall_off)},
                  {"left_out", one.left_out},
+                 {"not_tried", one.not_tried},
                  {"handling_errors", one.handling_errors},
                  {"defects", one.defects},
                  {"frames_simulated", one.frames},
@@ -121,6 +123,7 @@ Planned planned_from(const std::string& text, const std::string& file) {
         get("mean_wall_force_N", one.mean_force);
         get("wall_force_impulse_N_s", one.impulse);
         get("turns", one.turns);
+        get("exchanges", one.exchanges);
         get("travel_mm", one.travel);
         get("time_s", one.seconds);
         maybe("air_kerma_mGy", one.air_kerma);
@@ -133,6 +136,7 @@ Planned planned_from(const std::string& text, const std::string& file) {
         maybe("tip_error_twist_mm", one.model_errors.twist);
         maybe("wall_error_mm", one.model_errors.wall_off);
         get("left_out", one.left_out);
+        get("not_tried", one.not_tried);
         get("handling_errors", one.handling_errors);
         get("defects", one.defects);
         get("frames_simulated", one.frames);

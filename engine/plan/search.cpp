@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "engine/anatomy/vessel_paths.h"
+#include "engine/exercise/device_rules.h"
 #include "engine/io/error.h"
 #include "physics/geometry/parallel.h"
 
@@ -34,14 +35,16 @@ constexpr double most_fed = 1500;  // by one move [mm]
 /// What is tried from a state.
 struct Move {
     enum class Kind {
-        Push,        // turn the device and push it
-        Lead,        // draw the wire back into the catheter, turn that, and push the wire
-        Pull,        // turn the device and draw all back
-        Shaped,      // draw the wire back into the catheter, turn that and push it
-        WithoutWire  // take the wire out, turn the catheter and push it
+        Push,         // turn the device and push it
+        Lead,         // draw the wire back into the catheter, turn that, and push the wire
+        Pull,         // turn the device and draw all back
+        Shaped,       // draw the wire back into the catheter, turn that and push it
+        WithoutWire,  // take the wire out, turn the catheter and push it
+        Exchange      // take the wire out, and push another through what lies around it
     } kind = Kind::Push;
     int device = 0;   // place in the list
     double roll = 0;  // [rad]
+    int wire = -1;    // to exchange for: of SearchOptions::wires
 };
 
 struct State {
@@ -49,6 +52,7 @@ struct State {
     std::vector<author::ScriptLine> lines;  // since the parent
     int frames = 0;                         // from the start
     int turns = 0;
+    int wire = -1;                   // of SearchOptions::wires; -1 = the scenario's
     double value = 0;                // least where the target is near [mm]
     double left = 0;                 // of the target's device [mm]
     std::vector<double> rolls, fed;  // of each device's hub [rad], [mm]
@@ -136,7 +140,8 @@ private:
 /// Tries one move at a time on an exercise of its own.
 class Hand {
 public:
-    Hand(const exercise::Exercise& start, const Ways& ways) : exercise_(start), ways_(ways) {
+    Hand(const exercise::Exercise& start, const Ways& ways, const std::vector<std::string>& wires)
+        : exercise_(start), ways_(ways), wires_(wires) {
         const scenario::Scenario& s = sim().scenario();
         target_ = s.index_of(s.target.device).value_or(0);
         for (const scenario::PlacedDevice& device : s.devices) roles_.push_back(device.role);
@@ -169,7 +174,9 @@ public:
             last_ = {};
             bowed_.reset();
             if (grip) frame({script::Grip{close_grip, roles_[static_cast<std::size_t>(*grip)]}});
-            if (!is_out(move.device) || move.device == target_) carry_out(move);
+            const bool goes_in = move.device == target_ || (move.kind == Move::Kind::Push &&
+                                                            (move.device > target_ || !wires_.empty()));
+            if ((!is_out(move.device) || goes_in) && !turns_in_vain(move)) carry_out(move);
             // A shaft that bows outside bears more where less of it is free.
             if (!bowed_ || grip) break;
             grip = bowed_;
@@ -284,6 +291,39 @@ private:
         return true;
     }
 
+    bool take_wire_out() {
+        if (!frame({script::Remove{DeviceRole::Wire}})) return false;
+        // It comes out at the speed of a hand.
+        for (int k = 0; k < 400 && !is_out(0); ++k)
+            if (!frame({})) return false;
+        return is_out(0);
+    }
+
+    /// To the end of what lies around it, which has kept its place.
+    bool push_other_wire(int wire) {
+        if (!frame({script::Exchange{wires_[static_cast<std::size_t>(wire)], DeviceRole::Wire}}))
+            return false;
+        now_.wire = wire;
+        now_.fed[0] = 0;
+        const double step = push_speed / rate_;
+        for (double goal = inserted(1), in = 0; in < goal; in = inserted(0)) {
+            if (!frame(feed(0, std::min(step, goal - in + 0.01)))) return false;
+            if (injured()) fail(Ending::Injures, 0);
+            if (last_.refused || last_.buckled) fail(last_.refused ? Ending::Refused : Ending::Wedges, 0);
+            if (last_.whole_wire_is_in) fail(Ending::Used, 0);
+            if (tried_.failure) return false;
+        }
+        let_finish();
+        keep();
+        return true;
+    }
+
+    /// Of wires in exchange some may have a shape, and the one in use none.
+    bool turns_in_vain(const Move& move) const {
+        return move.kind == Move::Kind::Push && move.device == 0 && move.roll != 0 &&
+               !is_shaped(sim().devices()[0].device);
+    }
+
     void carry_out(const Move& move) {
         switch (move.kind) {
             case Move::Kind::Push:
@@ -299,12 +339,12 @@ private:
                 if (draw_wire_in(move.device) && turn(move.device, move.roll)) push(move.device);
                 return;
             case Move::Kind::WithoutWire:
-                if (is_out(0)) return;
-                if (!frame({script::Remove{DeviceRole::Wire}})) return;
-                // It comes out at the speed of a hand.
-                for (int k = 0; k < 400 && !is_out(0); ++k)
-                    if (!frame({})) return;
-                if (turn(move.device, move.roll)) push(move.device);
+                if (!is_out(0) && take_wire_out() && turn(move.device, move.roll)) push(move.device);
+                return;
+            case Move::Kind::Exchange:
+                // With nothing around it another wire is another candidate.
+                if (move.wire == now_.wire || is_out(1)) return;
+                if ((is_out(0) || take_wire_out()) && push_other_wire(move.wire)) push(0);
                 return;
         }
     }
@@ -407,6 +447,7 @@ private:
 
     exercise::Exercise exercise_;
     const Ways& ways_;
+    const std::vector<std::string>& wires_;
     int target_ = 0;
     std::vector<DeviceRole> roles_;
     double rate_ = 15, slow_ = 1;
@@ -420,7 +461,9 @@ private:
     std::size_t injuries_ = 0;
 };
 
-std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offset) {
+/// `other_wires` to exchange for, of which one has a shape.
+std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offset, int other_wires,
+                           bool any_is_shaped) {
     const int count = static_cast<int>(s.devices.size());
     const auto shaped = [&](int k) { return is_shaped(s.devices[static_cast<std::size_t>(k)].device); };
     const auto angles = [&](std::initializer_list<double> degrees) {
@@ -431,8 +474,14 @@ std::vector<Move> moves_of(const scenario::Scenario& s, int target, double offse
     const std::vector<double> turns = angles({180, 90, -90, 45, -45, 135, -135});
     using Kind = Move::Kind;
     std::vector<Move> moves = {{Kind::Push, 0, 0}}, of_wire, of_catheter;
-    for (int k = 1; k <= target; ++k) moves.push_back({Kind::Push, k, 0});
-    if (shaped(0))
+    // So is what is to lead the target's device and starts outside, and what a wire is exchanged through.
+    for (int k = 1; k < count; ++k) {
+        const scenario::PlacedDevice& device = s.devices[static_cast<std::size_t>(k)];
+        const bool leads = !device.starts_inside() && device.role != DeviceRole::Balloon;
+        if (k <= target || leads || other_wires > 0) moves.push_back({Kind::Push, k, 0});
+    }
+    for (int wire = 0; wire < other_wires; ++wire) moves.push_back({Kind::Exchange, 0, 0, wire});
+    if (shaped(0) || any_is_shaped)
         for (const double roll : turns) of_wire.push_back({Kind::Push, 0, roll});
     // What steers is the outermost device with a bend, or else the device to be brought there.
     int catheter = target > 0 ? target : count > 1 ? 1 : 0;
@@ -470,8 +519,11 @@ class Search {
 public:
     Search(const exercise::Exercise& start, const SearchOptions& options)
         : options_(options), ways_(start.simulation()) {
-        for (int k = 0; k < width; ++k) hands_.emplace_back(start, ways_);
+        for (int k = 0; k < width; ++k) hands_.emplace_back(start, ways_, options_.wires);
         scenario_ = &start.simulation().scenario();
+        for (const std::string& wire : options_.wires)
+            shaped_wires_ =
+                is_shaped(exercise::device_of_catalogue(DeviceRole::Wire, wire, *scenario_)) || shaped_wires_;
     }
 
     Found run() {
@@ -482,10 +534,12 @@ public:
             const double offset = restart == 0 && !options_.other_angles
                                       ? 0
                                       : std::ldexp(static_cast<double>(random() >> 11), -53) * 45 - 22.5;
-            moves_ = moves_of(*scenario_, hands_.front().target(), offset);
+            moves_ = moves_of(*scenario_, hands_.front().target(), offset,
+                              static_cast<int>(options_.wires.size()), shaped_wires_);
             limit_ = options_.most_frames * (restart + 1) / (options_.restarts + 1);
             states_.clear();
             seen_.clear();
+            exchanged_.clear();
             queue_ = {};
             add(first);
             while (!queue_.empty() && !done() && found_.frames < limit_) round();
@@ -515,6 +569,7 @@ private:
     Key key(const State& state) const {
         Key key;
         key.push_back(static_cast<int>(std::lround(state.value / 3)));
+        key.push_back(state.wire);
         for (const double roll : state.rolls)
             key.push_back(static_cast<int>(
                 std::lround(std::remainder(roll, 360 * geometry::degree) / (20 * geometry::degree))));
@@ -545,12 +600,27 @@ private:
         queue_.push({of.value + each * move + 2 * of.turns, state, move});
     }
 
+    /// A wire is exchanged once, and for each other one only once with what lies around it in one place:
+    /// where the wire was does not matter.
+    bool worth_trying(const Entry& entry) {
+        const Move& move = moves_[static_cast<std::size_t>(entry.move)];
+        if (move.kind != Move::Kind::Exchange) return true;
+        const State& state = states_[static_cast<std::size_t>(entry.state)];
+        Key around = key(state);
+        around.erase(around.begin(), around.begin() + 1);  // how near the tip is
+        around[0] = move.wire;
+        const std::size_t devices = state.fed.size();
+        around[1] = around[1 + devices] = 0;  // of the wire
+        return state.wire < 0 && exchanged_.insert(around).second;
+    }
+
     void round() {
         std::vector<Entry> taken;
         while (static_cast<int>(taken.size()) < width && !queue_.empty()) {
-            taken.push_back(queue_.top());
+            const Entry next = queue_.top();
             queue_.pop();
-            queue(taken.back().state, taken.back().move + 1);
+            queue(next.state, next.move + 1);
+            if (worth_trying(next)) taken.push_back(next);
         }
         std::vector<Tried> tried(taken.size());
         geometry::for_each_index(static_cast<int>(taken.size()), options_.threads, [&](int k) {
@@ -613,9 +683,10 @@ private:
     Ways ways_;
     std::vector<Hand> hands_;
     const scenario::Scenario* scenario_;
+    bool shaped_wires_ = false;  // of those to exchange for
     std::vector<Move> moves_;
     std::vector<State> states_;
-    std::set<Key> seen_;
+    std::set<Key> seen_, exchanged_;
     std::priority_queue<Entry> queue_;
     std::map<std::tuple<Ending, DeviceRole, std::string>, Failure> failures_;
     Found found_;
@@ -641,6 +712,12 @@ int Course::turns() const {
         before = line.last;
     }
     return turns;
+}
+
+int Course::exchanges() const {
+    return static_cast<int>(std::ranges::count_if(lines, [](const author::ScriptLine& line) {
+        return std::holds_alternative<script::Exchange>(line.command);
+    }));
 }
 
 Stay::Stay(const scenario::Scenario& s)

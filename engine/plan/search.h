@@ -47,7 +47,8 @@ struct Course {
 
     std::string text(const std::vector<std::string>& comments = {}) const;  // of the script
     script::CommandScript script() const;
-    int turns() const;  // of hubs, those of neighbouring frames as one
+    int turns() const;      // of hubs, those of neighbouring frames as one
+    int exchanges() const;  // of the wire
 };
 
 /// Whether the tip has stayed in the target for the hold; a lesion there may be as narrow as it is.
@@ -68,6 +69,8 @@ struct SearchOptions {
     std::uint64_t seed = 1;     // of the angles that restarts try
     int restarts = 2;           // with other angles, where the target was not reached
     bool other_angles = false;  // from the first try on
+    /// Of the catalogue, that the wire may be exchanged for through what lies around it.
+    std::vector<std::string> wires = {};
     long most_frames = 40'000;
     std::size_t courses = 6;                                 // that are enough
     std::function<void(double done, double left)> progress;  // left: the shortest way so far [mm]
@@ -85,7 +88,8 @@ struct Found {
 
 /// Searches from the state of `start`, which must have no images and is not changed. The target is reached
 /// when the tip of the target's device has stayed in it for the hold; a lesion that is to be opened there
-/// is not treated. Throws InputError where no way along centrelines leads from the tip to the target.
+/// is not treated. Throws InputError where no way along centrelines leads from the tip to the target, and for
+/// a wire to exchange that does not fit.
 Found search(const exercise::Exercise& start, const SearchOptions& = {});
 
 /// What may be turned to some effect: the device has a shape.

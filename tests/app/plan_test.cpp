@@ -17,9 +17,10 @@ const std::vector<std::string> cache = {"--cache", SELDINGER_SOURCE "/build/cach
 
 struct PlanCommand : test::InFolder {
     void SetUp() override { write(folder / "fork.toml", test::fork_toml()); }
-    Outcome plan(const std::vector<std::string>& more, const std::string& out = "plan") const {
+    Outcome plan(const std::vector<std::string>& more, const std::string& out = "plan",
+                 const std::string& frames = "3000") const {
         return test::run(
-            folder, joined(joined({"plan", "fork.toml", "--out", out, "--frames", "3000"}, cache), more));
+            folder, joined(joined({"plan", "fork.toml", "--out", out, "--frames", frames}, cache), more));
     }
 };
 
@@ -76,6 +77,34 @@ TEST_F(PlanCommand, TheBestCourseIsAScriptThatRunAndReplayTake) {
     EXPECT_EQ(page.find("src=\"http"), std::string::npos);
 }
 
+TEST_F(PlanCommand, AnExchangeOfTheWireIsInTheCourseThatRunAndReplayTake) {
+    const Outcome made =
+        plan({"--devices", "glidestraight035+guide6f", "--exchange", "glide035,v18,lunderquist035"}, "plan",
+             "36000");
+    ASSERT_EQ(made.code, 0) << made.out << made.error;
+    const auto all = ranked(folder);
+    EXPECT_EQ(all[0]["exchanges"], 1);
+    EXPECT_TRUE(all[0]["not_tried"].empty());
+    test::expect_said(read(folder / "plan/best.gw"), "exchange wire ");
+    const Outcome ran = test::run(folder, joined({"run", "plan/best.toml", "--commands", "plan/best.gw",
+                                                  "--out", "ran", "--frames", "none"},
+                                                 cache));
+    EXPECT_EQ(ran.code, 0) << ran.out << ran.error;
+    EXPECT_EQ(nlohmann::json::parse(read(folder / "ran/score.json"))["peak_wall_force_N"],
+              all[0]["peak_wall_force_N"]);
+    const Outcome replayed =
+        test::run(folder, joined({"replay", "ran/run.gw", "--scenario", "plan/best.toml"}, cache));
+    EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.error;
+    // Where nothing keeps its place, or what does is too narrow, the plan says so.
+    ASSERT_EQ(plan({"--exchange", "rosen035"}, "bare", "1000").code, 0);
+    test::expect_said(read(folder / "bare/plan.html"), "nothing lies around it that would keep its place");
+    plan({"--devices", "floppy014+micro17", "--exchange", "rosen035"}, "narrow", "1000");
+    ASSERT_EQ(ranked(folder, "narrow")[0]["not_tried"].size(), 1u);
+    test::expect_said(ranked(folder, "narrow")[0]["not_tried"][0].get<std::string>(), "does not fit a lumen");
+    expect_refused(plan({"--exchange", "cobra5f"}), "expected wires, found 'cobra5f', a catheter");
+    expect_refused(plan({"--exchange", "glide,"}), "--exchange");
+}
+
 TEST_F(PlanCommand, AngiogramsEndWithThePatientsContrast) {
     for (const double limit : {4.0, 7.0, 10.0, 100.0}) {
         write(folder / "fork.toml",
@@ -104,18 +133,18 @@ TEST_F(PlanCommand, WhereTimeLeavesNoneThereIsNoAngiogramAndTheCourseReaches) {
 
 TEST_F(PlanCommand, ShardsMergedAreTheWholePlanAndWhatWasMadeIsNotMadeAgain) {
     const std::vector<std::string> devices = {"--devices", "own,glidestraight035,rosen035"};
-    ASSERT_EQ(plan(devices, "whole").code, 0);
-    const int first = plan(joined(devices, {"--shard", "1/2"}), "a").code;
-    const int second = plan(joined(devices, {"--shard", "2/2", "--threads", "1"}), "b").code;
+    ASSERT_EQ(plan(devices, "whole", "1000").code, 0);
+    const int first = plan(joined(devices, {"--shard", "1/2"}), "a", "1000").code;
+    const int second = plan(joined(devices, {"--shard", "2/2", "--threads", "1"}), "b", "1000").code;
     EXPECT_TRUE(first <= 1 && second <= 1);
     ASSERT_EQ(test::run(folder, joined({"plan", "merge", "a", "b", "--out", "all"}, cache)).code, 0);
     for (const char* file : {"plan.csv", "plan.json", "best.gw", "best.toml"})
         EXPECT_EQ(read(folder / (std::string("all/") + file)), read(folder / (std::string("whole/") + file)))
             << file;
-    const Outcome again = plan(devices, "whole");
+    const Outcome again = plan(devices, "whole", "1000");
     test::expect_said(again.out, "3 of 3 made before");
     // Another seed is another plan.
-    const Outcome other = plan(joined(devices, {"--seed", "5"}), "whole");
+    const Outcome other = plan(joined(devices, {"--seed", "5"}), "whole", "1000");
     EXPECT_EQ(other.out.find("made before"), std::string::npos);
     expect_refused(plan(joined(devices, {"--shard", "4/4"}), "c"), "expected at most 3 shards");
     expect_refused(test::run(folder, {"plan", "merge", "a", "a", "--out", "twice"}),

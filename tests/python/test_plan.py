@@ -79,6 +79,8 @@ def test_threads_run_meanwhile(cache):
     ({"devices": "cobra5f"}, "expected a wire first"),
     ({"devices": ""}, "found nothing"),
     ({"devices": None}, "expected a text"),
+    ({"exchange": "cobra5f"}, "expected wires, found 'cobra5f'"),
+    ({"exchange": 1}, "expected a text"),
     ({"to": "nowhere"}, "expected a target or a branch"),
     ({"from_": "nowhere"}, "expected an open end"),
     ({"patient": "seed:17"}, "has one patient"),
@@ -96,3 +98,10 @@ def test_what_is_wrong_is_said(wrong, said, cache):
 def test_a_time_limit_marks_what_it_has_cut_short(cache):
     made = sd.plan(FORK, devices="glidestraight035", time_limit_s=1e-3, cache=cache)
     assert made[0].about["stopped"] and not made[0].reached
+
+
+def test_a_wire_is_exchanged_where_that_leads_on(cache):
+    made = sd.plan(FORK, devices="glidestraight035+guide6f", exchange="glide035", frames=12_000, cache=cache)
+    assert made[0].reached and made[0].about["exchanges"] == 1 and "exchange wire glide035" in made[0].course
+    alone = sd.plan(FORK, exchange="jwire035", frames=1000, cache=cache)
+    assert alone[0].about["exchanges"] == 0 and "nothing lies around it" in alone[0].about["not_tried"][0]

@@ -68,8 +68,8 @@ def _whole(name: str, value: Any, least: int, most: int) -> int:
     return int(value)
 
 
-def plan(scenario: Scenario, *, to: str = "", from_: str = "", devices: str = "own", patient: str = "",
-         threads: int = 2, seed: int = 1, restarts: int = 2, frames: int = 40_000,
+def plan(scenario: Scenario, *, to: str = "", from_: str = "", devices: str = "own", exchange: str = "",
+         patient: str = "", threads: int = 2, seed: int = 1, restarts: int = 2, frames: int = 40_000,
          time_limit_s: Optional[float] = None, cache: "Optional[str | os.PathLike[str]]" = None) -> list[Plan]:
     """Searches for courses that reach a target, and ranks sets of devices by them; the best first.
 
@@ -77,6 +77,7 @@ def plan(scenario: Scenario, *, to: str = "", from_: str = "", devices: str = "o
     to         another target: the name of one, a branch, 'BRANCH:20' 20 mm along it, or 'x,y,z' [mm]
     from_      another entry: an open end of the vessels
     devices    what to try, with commas; devices in each other are joined by +, a wire first; 'own', 'wires'
+    exchange   wires of the catalogue, with commas, that the wire may be exchanged for through a catheter; 'wires'
     patient    another patient of the scenario: '2', or 'seed:17'
     threads    1 to 256; the plan does not depend on it, and the same seed gives the same plan
     restarts   with other angles, where the target was not reached or few hands could follow, 0 to 100
@@ -84,11 +85,12 @@ def plan(scenario: Scenario, *, to: str = "", from_: str = "", devices: str = "o
     time_limit_s   searches end after this time with the best so far, `about['stopped']` [s]
 
     Other threads of Python run meanwhile; Ctrl-C ends the call. Raises InputError for what is wrong with the
-    scenario, the target or the list of devices; devices that do not fit are in `about['refused']`."""
+    scenario, the target or the list of devices; devices that do not fit are in `about['refused']`,
+    and wires to exchange that do not in `about['not_tried']`."""
     if time_limit_s is not None and not (isinstance(time_limit_s, (int, float)) and math.isfinite(time_limit_s)
                                          and time_limit_s > 0):
         raise InputError(f"time_limit_s: {time_limit_s!r} was given; expected a time above 0")
-    for name, text in (("to", to), ("from_", from_), ("devices", devices), ("patient", patient)):
+    for name, text in (("to", to), ("from_", from_), ("devices", devices), ("exchange", exchange), ("patient", patient)):
         if not isinstance(text, str):
             raise InputError(f"{name}: {type(text).__name__} was given; expected a text")
     where: tuple[str, Optional[str]]
@@ -96,7 +98,7 @@ def plan(scenario: Scenario, *, to: str = "", from_: str = "", devices: str = "o
         where = os.fspath(scenario), None
     else:
         where = _located(scenario)
-    made = _core._plan(where[0], where[1], str(assets() / "devices"), to, from_, devices, patient,
+    made = _core._plan(where[0], where[1], str(assets() / "devices"), to, from_, devices, exchange, patient,
                        _whole("threads", threads, 1, 256), _whole("seed", seed, 0, 2**63 - 1),
                        _whole("restarts", restarts, 0, 100), _whole("frames", frames, 1000, 10**8), time_limit_s,
                        str(default_cache() if cache is None else os.fspath(cache)))

@@ -40,6 +40,17 @@ TEST(PlanCase, ListsOfDevicesBecomeCandidatesAndSayWhatIsWrongWithThem) {
     test::expect_refusal([&] { named("glide036"); }, "glide035");
 }
 
+TEST(PlanCase, ListsOfWiresToExchangeSayWhatIsWrongWithThem) {
+    const scenario::Scenario s = test::fork();
+    const auto named = [&](const std::string& list) { return wires_of(list, s, devices); };
+    EXPECT_TRUE(named("").empty());
+    EXPECT_EQ(named("rosen035, jwire035,rosen035"), (std::vector<std::string>{"rosen035", "jwire035"}));
+    EXPECT_EQ(named("wires").size(), candidates_of("wires", s, devices).size());
+    test::expect_refusal([&] { named("glide035,"); }, "--exchange");
+    test::expect_refusal([&] { named("cobra5f"); }, "expected wires, found 'cobra5f', a catheter");
+    test::expect_refusal([&] { named("glide036"); }, "glide035");
+}
+
 TEST(PlanCase, TargetsAndEntriesAreFoundByNameBranchOrPlace) {
     const auto with = [&](const std::string& to, const std::string& from = "") {
         return parsed(with_ends(fork_case(), to, from, devices, plan_cache));

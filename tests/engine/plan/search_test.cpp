@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "engine/author/attempt.h"
+#include "engine/plan/case.h"
 #include "engine/plan/judge.h"
 #include "physics/geometry/random.h"
 #include "tests/engine/plan/fork.h"
@@ -76,6 +77,30 @@ TEST(PlanSearch, AShaftThatBowsOutsideIsHeldCloser) {
     Exercise own(s, exercise::Pictures::None, plan_cache);
     EXPECT_LE(author::attempt(own, found.courses.front().script(), author::exact_hand, 0).smallest_radius,
               s.target.radius);
+}
+
+/// A straight wire in a straight catheter, which no turn leads aside, changed for an angled one there.
+TEST(PlanSearch, AWireThatCannotIsExchangedForOneThatCan) {
+    const CaseText both = with_devices(
+        {test::fork_toml(), "fork.toml"},
+        {"both",
+         {{script::DeviceRole::Wire, "glidestraight035"}, {script::DeviceRole::Catheter, "guide6f"}}});
+    const scenario::Scenario s = scenario::parse_scenario(both.toml, both.file, test::asset("devices"));
+    SearchOptions options = small_search();
+    options.most_frames = 8000;
+    EXPECT_TRUE(search(start_of(s), options).courses.empty());
+    options.wires = {"glide035"};
+    const Found found = search(start_of(s), options);
+    ASSERT_FALSE(found.courses.empty());
+    for (const Course& course : found.courses) {
+        EXPECT_GE(course.exchanges(), 1);
+        test::expect_said(course.text(), "remove wire");
+        test::expect_said(course.text(), "exchange wire glide035");
+        Exercise own(s, exercise::Pictures::None, plan_cache);
+        const author::Attempt made = author::attempt(own, course.script(), author::exact_hand, 0);
+        EXPECT_TRUE(made.score.completed) << course.text();
+        EXPECT_EQ(made.defects, std::vector<std::string>()) << course.text();
+    }
 }
 
 /// The same for targets, holds, starts and wires that nobody chose; SELDINGER_FUZZ_SEEDS=1000 tries more.
