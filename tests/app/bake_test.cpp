@@ -35,8 +35,8 @@ using Bake = test::InFolder;
 TEST_F(Bake, WhatItGrowsIsWhatSimulationsTake) {
     const std::string cache = folder / "cache";
     const test::Outcome baked =
-        succeeded(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
-    test::expect_said(baked.out, "2 of 2");
+        succeeded(folder, {"bake", "iliac-renal", "--seeds", "1:2", "--cache", cache});
+    test::expect_said(baked.out, "1 of 1");
     const auto items = [&cache] {
         std::vector<std::pair<std::string, std::uintmax_t>> found;
         for (const anatomy::CacheItem& item : anatomy::cache_items(cache))
@@ -45,18 +45,18 @@ TEST_F(Bake, WhatItGrowsIsWhatSimulationsTake) {
         return found;
     };
     const auto kept = items();
-    EXPECT_EQ(kept.size(), 6u);  // vessels, field and body of each
+    EXPECT_EQ(kept.size(), 3u);  // vessels, field and body
     const std::array<int, 3> before = made();
-    for (const std::uint64_t seed : {0, 1}) {
-        episode::Episode episode(renal(seed), exercise::Pictures::None, {cache, {}});
+    {
+        episode::Episode episode(renal(1), exercise::Pictures::None, {cache, {}});
         EXPECT_EQ(episode.image(64, episode::ImageMode::Live).width, 64);
         EXPECT_NE(episode.masks(64).vessels.pixels, std::vector<std::uint8_t>(64 * 64, 0));
-        EXPECT_EQ(made(), before) << "seed " << seed;
+        EXPECT_EQ(made(), before);
     }
     EXPECT_EQ(items(), kept);
     // Nor does another kind of writer put its own in their places.
     const test::Outcome again =
-        succeeded(folder, {"bake", "iliac-renal", "--seeds", "0:2", "--cache", cache});
+        succeeded(folder, {"bake", "iliac-renal", "--seeds", "1:2", "--cache", cache});
     EXPECT_EQ(again.error.find("body"), std::string::npos) << again.error;
     EXPECT_EQ(items(), kept);
 }

@@ -7,12 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/io/files.h"
+#include "tests/cases.h"
 
 namespace fuzz {
 
 TEST(StateFuzz, WhatMustHoldHoldsAfterEveryFrame) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
-    const int cases = more ? std::max(1, std::atoi(more)) : 12;
+    const int cases = more ? std::max(1, std::atoi(more)) : test::cases(24);
     int refused = 0, frames = 0;
     for (int seed = 1; seed <= cases; ++seed) {
         const StateOutcome outcome = play(random_case(static_cast<std::uint32_t>(seed), 40));

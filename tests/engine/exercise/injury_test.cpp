@@ -14,6 +14,7 @@
 #include "engine/exercise/score_file.h"
 #include "engine/run/headless.h"
 #include "render/picture/png.h"
+#include "tests/cases.h"
 #include "tests/engine/exercise/played.h"
 #include "tests/engine/fixtures.h"
 
@@ -185,11 +186,12 @@ TEST(Injury, PastAnOpenEndTheWallIsThatOfTheNarrowingVessel) {
 TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
     const std::string variants[] = {"", "[wall]\nfriction = 0\n", "[tissue]\n", catheter_section};
     int events = 0, over = 0, frames = 0, of_catheters = 0;
-    for (std::uint32_t seed = 1; seed <= 12; ++seed) {
-        std::mt19937 random(seed);
+    const int seeds = test::cases(24);
+    for (int seed = 1; seed <= seeds; ++seed) {
+        std::mt19937 random(static_cast<unsigned>(seed));
         const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
         const bool two = seed % 4 == 3;
-        Exercise exercise(blind(variants[seed % 4]), false);
+        Exercise exercise(blind(variants[static_cast<std::size_t>(seed) % 4]), false);
         const Simulation& simulation = exercise.simulation();
         std::size_t known = 0;
         geometry::Vec3 pressed = geometry::Vec3::Zero();  // where the end last pressed too hard
@@ -242,10 +244,10 @@ TEST(Injury, OfWildHandsAreAllRestsAboveTheThresholdAndNoOthers) {
         }
     }
     std::printf(
-        "%d frames of seeds 1 to 12: %d events, %d of them of catheters, %d rests above the threshold\n",
-        frames, events, of_catheters, over);
-    // Hands whose shafts bow outside press less: 17 with these seeds.
-    EXPECT_GT(events, 10);
+        "%d frames of seeds 1 to %d: %d events, %d of them of catheters, %d rests above the threshold\n",
+        frames, seeds, events, of_catheters, over);
+    // Hands whose shafts bow outside press less: 17 with the first twelve.
+    EXPECT_GT(events, seeds / 2);
     EXPECT_GT(over, events);
 }
 

@@ -11,6 +11,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/script/recording.h"
 #include "physics/wire/energy.h"
+#include "tests/cases.h"
 #include "tests/engine/exercise/played.h"
 #include "tests/engine/exercise/treated.h"
 #include "tests/engine/exercise/wild_exercise.h"
@@ -414,7 +415,8 @@ void treat_wildly(unsigned seed, Wild& all) {
 
 TEST(Treatment, WildHandsWithABalloonLeaveNothingBroken) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
-    const unsigned count = more ? static_cast<unsigned>(std::atoi(more)) : 60;
+    const unsigned count =
+        more ? static_cast<unsigned>(std::atoi(more)) : static_cast<unsigned>(test::cases(60));
     Wild all;
     for (unsigned seed = 1; seed <= count; ++seed) ASSERT_NO_FATAL_FAILURE(treat_wildly(seed, all));
     // A solver that is stuck says so: its frame is not called at rest.

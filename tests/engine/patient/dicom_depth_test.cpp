@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include "engine/patient/ct_image.h"
+#include "tests/cases.h"
 #include "tests/engine/fixtures.h"
 
 namespace patient {
@@ -160,7 +161,7 @@ TEST(DicomDepth, DamagedFilesAreReadOrRefused) {
     std::mt19937 random(seed);
     const test::TemporaryFolder folder;
     std::filesystem::create_directories(folder / "series");
-    for (int round = 0; round < 1000; ++round) {
+    for (int round = 0; round < test::cases(1000); ++round) {
         const int levels = 1 << random() % 15;
         // Levels with lengths and their ends take time and bytes of the square of their number.
         const bool with_lengths = random() % 2 && levels <= 4096, closed = random() % 2 && levels <= 4096;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <random>
 
+#include "tests/cases.h"
 #include "tests/engine/room/hands_fixture.h"
 
 namespace room {
@@ -230,10 +231,10 @@ void do_anything(exercise::Exercise& exercise, const KeyMap& map, unsigned input
 }
 
 TEST_F(HandsTest, WhateverHandsDoCanBeRecordedAndMade) {
-    do_anything(exercise, map, 1000);
+    do_anything(exercise, map, test::cases(1000));
 }
 TEST_F(TwoHands, WhateverTheyDoCanBeRecordedAndMade) {
-    do_anything(exercise, map, 1000);
+    do_anything(exercise, map, test::cases(1000));
 }
 
 /// A microwire in a microcatheter in a guide, which the helper has at first.
@@ -262,7 +263,7 @@ TEST(ThreeDevices, HandsHelperAndWhateverTheyDo) {
     ASSERT_EQ(let_go.size(), 2u) << hands.grasp()->sentence();
     EXPECT_EQ(script::to_text(let_go[0]), "pin wire off");
     EXPECT_EQ(script::to_text(let_go[1]), "pin microcatheter off");
-    do_anything(exercise, map, 300);
+    do_anything(exercise, map, test::cases(1000));
 }
 
 }  // namespace

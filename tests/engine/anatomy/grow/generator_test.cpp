@@ -17,6 +17,7 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wire/chain.h"
+#include "tests/cases.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 #include "tests/physics/wires.h"
@@ -301,7 +302,7 @@ TEST(Generator, EveryStraightTubeIsWhatItsOwnReaderAccepts) {
     const unsigned seed = 36008;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(0, 1);
-    for (int round = 0; round < 1000; ++round) {
+    for (int round = 0; round < test::cases(1000); ++round) {
         Vec3 direction = Vec3::Zero();
         direction[static_cast<int>(random() % 3)] = random() % 2 ? 1 : -1;
         if (random() % 3 == 0)
