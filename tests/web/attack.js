@@ -35,6 +35,18 @@ function put(FS, from, to) {
     }
 }
 
+// Node has none: as in a browser without WebGL 2.
+globalThis.WebGLRenderingContext ??= class {};
+globalThis.WebGL2RenderingContext ??= class {};
+globalThis.OffscreenCanvas ??= class {
+    constructor(width, height) {
+        Object.assign(this, { width, height });
+    }
+    getContext() {
+        return null;
+    }
+    addEventListener() {}
+};
 require(path.resolve(module_file))({ print: () => {}, printErr: () => {} }).then(engine => {
     put(engine.FS, assets, '/assets');
     engine.FS.mkdir('/cache');
