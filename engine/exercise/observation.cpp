@@ -346,11 +346,10 @@ std::string Trace::row(std::size_t device, const Frame& frame, const Score& scor
                        const Observation& errors) const {
     Observation reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
     reading.air_kerma = score.air_kerma.value_or(absent);
-    reading.tip_error = errors.tip_error;
-    reading.wall_force_error = errors.wall_force_error;
-    reading.tip_error_wall = errors.tip_error_wall;
-    reading.tip_error_vessels = errors.tip_error_vessels;
-    reading.tip_error_twist = errors.tip_error_twist;
+    for (const auto error :
+         {&Observation::tip_error, &Observation::wall_force_error, &Observation::tip_error_wall,
+          &Observation::tip_error_vessels, &Observation::tip_error_twist})
+        reading.*error = errors.*error;
     if (reading.mean_pressure == 0)
         reading.pressure = reading.systolic = reading.diastolic = reading.mean_pressure = absent;
     if (reading.inserted.of[device] <= 0) {

@@ -174,9 +174,11 @@ public:
             last_ = {};
             bowed_.reset();
             if (grip) frame({script::Grip{close_grip, roles_[static_cast<std::size_t>(*grip)]}});
-            const bool goes_in = move.device == target_ || (move.kind == Move::Kind::Push &&
-                                                            (move.device > target_ || !wires_.empty()));
-            if ((!is_out(move.device) || goes_in) && !turns_in_vain(move)) carry_out(move);
+            // A wire that was taken out to steer without it stays out.
+            const bool goes_in = move.device == target_ || (move.kind == Move::Kind::Push && move.device > 0);
+            if ((!is_out(move.device) || goes_in || move.kind == Move::Kind::Exchange) &&
+                !turns_in_vain(move))
+                carry_out(move);
             // A shaft that bows outside bears more where less of it is free.
             if (!bowed_ || grip) break;
             grip = bowed_;
@@ -343,8 +345,7 @@ private:
                 return;
             case Move::Kind::Exchange:
                 // With nothing around it another wire is another candidate.
-                if (move.wire == now_.wire || is_out(1)) return;
-                if ((is_out(0) || take_wire_out()) && push_other_wire(move.wire)) push(0);
+                if (!is_out(1) && (is_out(0) || take_wire_out()) && push_other_wire(move.wire)) push(0);
                 return;
         }
     }

@@ -20,6 +20,15 @@ Exercise start_of(const scenario::Scenario& s) {
     return {s, exercise::Pictures::None, plan_cache};
 }
 
+/// A straight wire, and a straight catheter that starts outside.
+scenario::Scenario in_straight_catheter() {
+    const CaseText both = with_devices(
+        {test::fork_toml(), "fork.toml"},
+        {"both",
+         {{script::DeviceRole::Wire, "glidestraight035"}, {script::DeviceRole::Catheter, "guide6f"}}});
+    return scenario::parse_scenario(both.toml, both.file, test::asset("devices"));
+}
+
 SearchOptions small_search() {
     SearchOptions options;
     options.most_frames = 4000;
@@ -81,11 +90,7 @@ TEST(PlanSearch, AShaftThatBowsOutsideIsHeldCloser) {
 
 /// A straight wire in a straight catheter, which no turn leads aside, changed for an angled one there.
 TEST(PlanSearch, AWireThatCannotIsExchangedForOneThatCan) {
-    const CaseText both = with_devices(
-        {test::fork_toml(), "fork.toml"},
-        {"both",
-         {{script::DeviceRole::Wire, "glidestraight035"}, {script::DeviceRole::Catheter, "guide6f"}}});
-    const scenario::Scenario s = scenario::parse_scenario(both.toml, both.file, test::asset("devices"));
+    const scenario::Scenario s = in_straight_catheter();
     SearchOptions options = small_search();
     options.most_frames = 8000;
     EXPECT_TRUE(search(start_of(s), options).courses.empty());
@@ -107,11 +112,14 @@ TEST(PlanSearch, AWireThatCannotIsExchangedForOneThatCan) {
 TEST(PlanSearch, WildTargetsAreReachedByTheScriptOrByNone) {
     const char* asked = std::getenv("SELDINGER_FUZZ_SEEDS");
     const int seeds = asked ? std::atoi(asked) : 8;
-    int reached = 0;
+    int reached = 0, exchanged = 0;
     for (int seed = 1; seed <= seeds; ++seed) {
         geometry::Random random(geometry::golden_step * static_cast<std::uint64_t>(seed));
         const char* wires[] = {"glide035", "glidestraight035", "jwire035", "rosen035", "floppy014", "v18"};
         scenario::Scenario s = test::fork(wires[static_cast<int>(6 * random())]);
+        // Every third time the wire lies in a catheter, through which it may be exchanged.
+        const bool exchanges = seed % 3 == 0;
+        if (exchanges) s = in_straight_catheter();
         s.target.name.clear();
         // In the trunk, or along the branch.
         const double along = random.between(0, 38);
@@ -124,7 +132,11 @@ TEST(PlanSearch, WildTargetsAreReachedByTheScriptOrByNone) {
         SearchOptions options = small_search();
         options.most_frames = 1000;
         options.seed = static_cast<std::uint64_t>(seed);
+        if (exchanges)
+            options.wires = {wires[static_cast<int>(4 * random())], "standard014"},
+            options.most_frames = 3000;
         const Found found = search(start, options);
+        for (const Course& course : found.courses) exchanged += course.exchanges() > 0;
         reached += !found.courses.empty();
         for (const Course& course : found.courses) {
             Exercise own(start);
@@ -133,7 +145,7 @@ TEST(PlanSearch, WildTargetsAreReachedByTheScriptOrByNone) {
         }
         EXPECT_TRUE(std::isfinite(found.nearest.left)) << "seed " << seed;
     }
-    std::printf("%d of %d wild targets reached\n", reached, seeds);
+    std::printf("%d of %d wild targets reached, by %d courses with an exchange\n", reached, seeds, exchanged);
     EXPECT_GT(reached, 0);
 }
 
